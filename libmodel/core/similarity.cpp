@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/core/similarity.h"
 
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <string>
 
