@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libmodel/io/image_files.h"
+
+#define STBI_NO_STDIO
+#define STBI_NO_HDR
+#define STBI_NO_LINEAR
+#define STBI_WRITE_NO_STDIO
+#include <stb/stb_image.h>
+#include <stb/stb_image_write.h>
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <string>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/io/atomic_file.h"
+
+namespace facewright {
+namespace {
+
+constexpr std::int64_t max_pixels = std::int64_t{1} << 28;
+
+void append(void* context, void* data, int size) {
+  static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<size_t>(size));
+}
+
+void check_writable(const Image& image) {
+  const size_t expected = static_cast<size_t>(image.width) * image.height * image.channels;
+  const bool channels_ok = image.channels == 1 || image.channels == 3 || image.channels == 4;
+  if (image.width <= 0 || image.height <= 0 || !channels_ok || image.data.size() != expected)
+    throw InvalidInput("image to write: expected a non-empty image of 1, 3 or 4 channels, got " +
+                       std::to_string(image.width) + " x " + std::to_string(image.height) + " x " +
+                       std::to_string(image.channels) + " with " + std::to_string(image.data.size()) + " bytes");
+}
+
+}  // namespace
+
+Image read_image(const std::filesystem::path& path) {
+  const std::string bytes = read_file(path);
+  if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max()))
+    throw IoError(path.string(), "image file above 2 GB");
+  const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
+  const int size = static_cast<int>(bytes.size());
+  int w = 0, h = 0, channels = 0;
+  if (!stbi_info_from_memory(data, size, &w, &h, &channels))
+    throw IoError(path.string(), "not a readable image (expected PNG, JPEG, BMP, TGA, PSD, GIF or PNM)");
+  if (std::int64_t{w} * h > max_pixels)
+    throw IoError(path.string(), "image of " + std::to_string(w) + " x " + std::to_string(h) + " pixels is too large");
+  const int wanted = channels == 1 ? 1 : channels == 3 ? 3 : 4;
+  const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels(
+      stbi_load_from_memory(data, size, &w, &h, &channels, wanted), &stbi_image_free);
+  if (!pixels) throw IoError(path.string(), std::string("damaged image: ") + stbi_failure_reason());
+  Image image(w, h, wanted);
+  image.data.assign(pixels.get(), pixels.get() + image.data.size());
+  return image;
+}
+
+void write_png(const std::filesystem::path& path, const Image& image) {
+  check_writable(image);
+  std::string bytes;
+  if (!stbi_write_png_to_func(append, &bytes, image.width, image.height, image.channels, image.data.data(), 0))
+    throw IoError(path.string(), "cannot encode PNG");
+  write_file(path, bytes);
+}
+
+void write_jpeg(const std::filesystem::path& path, const Image& image, int quality) {
+  check_writable(image);
+  if (quality < 1 || quality > 100) throw InvalidInput("JPEG quality: expected 1..100, got " + std::to_string(quality));
+  std::string bytes;
+  if (!stbi_write_jpg_to_func(append, &bytes, image.width, image.height, image.channels, image.data.data(), quality))
+    throw IoError(path.string(), "cannot encode JPEG");
+  write_file(path, bytes);
+}
+
+}  // namespace facewright

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <filesystem>
+
+#include "libmodel/core/image.h"
+
+namespace facewright {
+
+/// Reads PNG, JPEG, BMP, TGA, PSD, GIF (first frame) or PNM, by content. Grey stays 1 channel, grey+alpha becomes
+/// RGBA, 16-bit becomes 8-bit. Images above 2^28 pixels are refused before anything is allocated. Throws IoError.
+Image read_image(const std::filesystem::path& path);
+
+/// Writes atomically (write_file). Throws IoError, or InvalidInput for an empty or inconsistent image.
+void write_png(const std::filesystem::path& path, const Image& image);
+/// quality 1..100; alpha is dropped (JPEG has none).
+void write_jpeg(const std::filesystem::path& path, const Image& image, int quality = 92);
+
+}  // namespace facewright

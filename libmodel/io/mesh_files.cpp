@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libmodel/io/mesh_files.h"
+
+#include <algorithm>
+#include <cctype>
+#include <utility>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/io/mesh_formats.h"
+#include "libmodel/io/text_scanner.h"
+
+namespace facewright {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower_extension(const fs::path& path) {
+  std::string extension = path.extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+/// What follows `keyword` on the first line that starts with it.
+std::string value_of(std::string_view text, std::string_view keyword, std::string_view second = {}) {
+  TextScanner scan(text, "");
+  for (; !scan.at_end(); scan.next_line())
+    if (scan.token() == keyword && (second.empty() || scan.token() == second)) return std::string(scan.rest_of_line());
+  return {};
+}
+
+std::string obj_texture(const fs::path& mesh_path) {
+  const std::string library = value_of(read_file(mesh_path), "mtllib");
+  const fs::path mtl = mesh_path.parent_path() / library;
+  if (library.empty() || !fs::is_regular_file(mtl)) return {};
+  const std::string value = value_of(read_file(mtl), "map_Kd");
+  if (value.empty() || value[0] != '-') return value;
+  return value.substr(value.find_last_of(" \t") + 1);  // options before the name, e.g. -clamp on
+}
+
+std::string ply_texture(const fs::path& mesh_path) {
+  const std::string bytes = read_file(mesh_path);
+  const std::string_view header = std::string_view(bytes).substr(0, bytes.find("end_header"));
+  return value_of(header, "comment", "TextureFile");
+}
+
+}  // namespace
+
+Mesh read_mesh(const fs::path& path) {
+  const std::string extension = lower_extension(path);
+  if (extension == ".obj") return parse_obj(read_file(path), path.string());
+  if (extension == ".ply") return parse_ply(read_file(path), path.string());
+  throw IoError(path.string(), "expected a mesh in .obj or .ply, got '" + extension + "'");
+}
+
+std::optional<fs::path> texture_file(const fs::path& mesh_path) {
+  std::string name = lower_extension(mesh_path) == ".obj" ? obj_texture(mesh_path) : ply_texture(mesh_path);
+  std::replace(name.begin(), name.end(), '\\', '/');
+  if (name.empty()) return {};
+  const fs::path image = mesh_path.parent_path() / name, beside = mesh_path.parent_path() / fs::path(name).filename();
+  if (fs::is_regular_file(image)) return image;
+  if (fs::is_regular_file(beside)) return beside;
+  return {};
+}
+
+void set_wedge_uv(Mesh& mesh, TexCoords uv, Faces uv_faces) {
+  if ((uv_faces.array() < 0).any()) {  // corners without coordinates
+    uv.conservativeResize(uv.rows() + 1, 2);
+    uv.row(uv.rows() - 1).setZero();
+    const int missing = static_cast<int>(uv.rows() - 1);
+    uv_faces = (uv_faces.array() < 0).select(missing, uv_faces);
+  }
+  const bool per_vertex = uv.rows() == mesh.V.rows() && uv_faces == mesh.F;
+  mesh.uv = std::move(uv);
+  if (!per_vertex) mesh.uv_faces = std::move(uv_faces);
+}
+
+}  // namespace facewright

@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+// Internal: the readers behind read_mesh, one per format.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "libmodel/core/mesh.h"
+
+namespace facewright {
+
+Mesh parse_obj(std::string_view text, const std::string& path);
+Mesh parse_ply(std::string_view bytes, const std::string& path);
+
+/// Gives the mesh texture coordinates per corner; collapses to one per vertex where corner and vertex indices agree.
+void set_wedge_uv(Mesh& mesh, TexCoords uv, Faces uv_faces);
+
+}  // namespace facewright
