@@ -71,7 +71,8 @@ std::vector<NearestPoint> SurfaceIndex::nearest(const Vertices& queries, int thr
   return result;
 }
 
-std::optional<NearestPoint> SurfaceIndex::first_hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction) const {
+std::optional<NearestPoint> SurfaceIndex::first_hit(const Eigen::Vector3d& origin,
+                                                    const Eigen::Vector3d& direction) const {
   const Kernel::Ray_3 ray(to_cgal(origin), Kernel::Vector_3(direction[0], direction[1], direction[2]));
   const auto found = tree_->aabb.first_intersection(ray);
   if (!found) return {};

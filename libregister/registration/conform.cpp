@@ -1,0 +1,145 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libregister/registration/conform.h"
+
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/core/topology.h"
+#include "libmodel/geometry/folds.h"
+#include "libmodel/geometry/laplacian.h"
+#include "libmodel/geometry/normals.h"
+
+namespace facewright {
+namespace {
+
+using SparseMatrix = Eigen::SparseMatrix<double>;
+
+// Everything that stays fixed while stiffness is raised about folds.
+struct Problem {
+  const Vertices& V;
+  const Faces& F;
+  std::vector<Edge> edge_list;
+  SparseMatrix L;        // cotangent stiffness of the rest shape
+  Eigen::VectorXd data;  // diagonal: weight of each vertex's target
+  Vertices rhs;          // sum of weight * (target - rest)
+  double constant = 0;   // energy of the rest shape
+};
+
+Problem make_problem(const Vertices& V, const Faces& F, const Correspondence& matches,
+                     const std::vector<LandmarkTarget>& landmarks, const ConformOptions& o) {
+  const Eigen::VectorXd A = vertex_areas(V, F);
+  Problem p{V, F, edges(F), cotangent_stiffness(V, F), matches.weights.cwiseProduct(A), {}, 0};
+  const Vertices gap = matches.targets - V;
+  p.rhs = p.data.asDiagonal() * gap;
+  p.constant = p.data.dot(gap.rowwise().squaredNorm());
+  const double mean_area = A.mean();
+  for (const LandmarkTarget& k : landmarks) {
+    const double w = o.landmark_weight * mean_area / (k.stddev * k.stddev);
+    const Eigen::RowVector3d d = k.position.transpose() - V.row(k.vertex);
+    p.data[k.vertex] += w;
+    p.rhs.row(k.vertex) += w * d;
+    p.constant += w * d.squaredNorm();
+  }
+  p.data.array() += o.rest_weight * mean_area;
+  return p;
+}
+
+// l^2 times the stiffness, each edge scaled by the mean stiffness factor of its ends, plus the data diagonal.
+SparseMatrix system_matrix(const Problem& p, double l2, const Eigen::VectorXd& factor) {
+  SparseMatrix N = p.L;
+  Eigen::VectorXd diagonal = p.data;
+  for (int c = 0; c < N.outerSize(); ++c)
+    for (SparseMatrix::InnerIterator it(N, c); it; ++it)
+      if (it.row() != c) {
+        it.valueRef() *= l2 * 0.5 * (factor[it.row()] + factor[c]);
+        diagonal[c] -= it.value();
+      }
+  for (int c = 0; c < N.outerSize(); ++c) N.coeffRef(c, c) = diagonal[c];
+  return N;
+}
+
+// Vertices of both triangles at folded edges, and their neighbours.
+void stiffen(const Problem& p, const std::vector<int>& folds, double by, Eigen::VectorXd* factor) {
+  std::vector<bool> near(static_cast<size_t>(p.V.rows()), false);
+  for (const int e : folds)
+    for (const int f : {p.edge_list[e].f0, p.edge_list[e].f1})
+      for (int k = 0; k < 3; ++k) near[p.F(f, k)] = true;
+  std::vector<bool> wide = near;
+  for (const Edge& e : p.edge_list) {
+    if (near[e.v0]) wide[e.v1] = true;
+    if (near[e.v1]) wide[e.v0] = true;
+  }
+  for (Eigen::Index i = 0; i < p.V.rows(); ++i)
+    if (wide[i]) (*factor)[i] *= by;
+}
+
+void check(const Vertices& V, const Correspondence& m, const ConformOptions& o) {
+  if (m.targets.rows() != V.rows() || m.weights.size() != V.rows())
+    throw InvalidInput("conform: matches for " + std::to_string(m.targets.rows()) + " vertices, the mesh has " +
+                       std::to_string(V.rows()));
+  if (!(o.smoothing_length > 0) || o.landmark_weight < 0 || o.rest_weight < 0 || !(o.fold_stiffness > 1))
+    throw InvalidInput("conform: smoothing_length > 0, weights >= 0 and fold_stiffness > 1 are required");
+}
+
+}  // namespace
+
+ConformResult conform(const Vertices& V, const Faces& F, const Correspondence& matches,
+                      const std::vector<LandmarkTarget>& landmarks, const ConformOptions& o) {
+  check(V, matches, o);
+  const Problem p = make_problem(V, F, matches, landmarks, o);
+  const double l2 = o.smoothing_length * o.smoothing_length;
+  const size_t folds_of_rest = folded_edges(V, F, p.edge_list).size();
+  Eigen::VectorXd factor = Eigen::VectorXd::Ones(V.rows());
+  Eigen::SimplicialLDLT<SparseMatrix> solver;
+  ConformResult result;
+  ConformSummary& s = result.summary;
+  for (int round = 0;; ++round) {
+    const SparseMatrix N = system_matrix(p, l2, factor);
+    if (round == 0) solver.analyzePattern(N);
+    solver.factorize(N);
+    if (solver.info() != Eigen::Success)
+      throw SolverError("conform: the system of " + std::to_string(V.rows()) + " vertices could not be factorised");
+    const Vertices u = solver.solve(p.rhs);
+    result.V = V + u;
+    // E(u) = u'Nu - 2u'r + c and Nu = r, hence E = c - u'r.
+    s.energy_before = p.constant;
+    s.energy_after = p.constant - u.cwiseProduct(p.rhs).sum();
+    s.largest_motion = std::sqrt(u.rowwise().squaredNorm().maxCoeff());
+    const std::vector<int> folds = folded_edges(result.V, F, p.edge_list);
+    s.folds = static_cast<int>(folds.size());
+    s.fold_rounds = round;
+    if (folds.size() <= folds_of_rest || round >= o.fold_rounds) return result;
+    stiffen(p, folds, o.fold_stiffness, &factor);
+  }
+}
+
+int unfold(Vertices& V, const Faces& F, int rounds) {
+  const std::vector<Edge> edge_list = edges(F);
+  const Adjacency ring = vertex_neighbours(V.rows(), F);
+  const std::vector<bool> boundary = boundary_vertices(V.rows(), F);
+  std::vector<int> folds = folded_edges(V, F, edge_list);
+  for (int round = 0; round < rounds && !folds.empty(); ++round) {
+    std::vector<int> touched;
+    for (const int e : folds)
+      for (const int f : {edge_list[e].f0, edge_list[e].f1})
+        for (int k = 0; k < 3; ++k) touched.push_back(F(f, k));
+    std::sort(touched.begin(), touched.end());
+    touched.erase(std::unique(touched.begin(), touched.end()), touched.end());
+    Vertices next = V;
+    for (const int i : touched) {
+      Eigen::RowVector3d mean = Eigen::RowVector3d::Zero();
+      int count = 0;
+      for (const int* j = ring.begin(i); j != ring.end(i); ++j)
+        if (!boundary[i] || boundary[*j]) mean += V.row(*j), ++count;  // the border stays a curve
+      if (count > 0) next.row(i) = 0.5 * V.row(i) + 0.5 * mean / count;
+    }
+    V = std::move(next);
+    folds = folded_edges(V, F, edge_list);
+  }
+  return static_cast<int>(folds.size());
+}
+
+}  // namespace facewright

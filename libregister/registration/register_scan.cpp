@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libregister/registration/register_scan.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/core/topology.h"
+#include "libmodel/geometry/folds.h"
+
+namespace facewright {
+namespace {
+
+double geometric(double first, double last, int i, int n) {
+  return n <= 1 ? last : first * std::pow(last / first, static_cast<double>(i) / (n - 1));
+}
+
+std::vector<LandmarkTarget> landmark_targets(const MultiresTemplate& reference, const GlobalMapResult& map,
+                                             double stddev) {
+  std::vector<LandmarkTarget> targets;
+  for (const std::string& name : map.alignment.used) {
+    if (std::find(map.dropped.begin(), map.dropped.end(), name) != map.dropped.end()) continue;
+    const auto& mark = reference.landmarks.at(name);
+    const auto& point = map.alignment.landmarks.at(name);
+    if (mark.vertex >= 0) targets.push_back({mark.vertex, point.position, point.stddev > 0 ? point.stddev : stddev});
+  }
+  return targets;
+}
+
+// One scan on its way through the levels.
+class Registration {
+ public:
+  Registration(const MultiresTemplate& reference, const MatchTarget& target, const RegisterOptions& options,
+               std::vector<LandmarkTarget> landmarks)
+      : reference_(reference), target_(target), options_(options), landmarks_(std::move(landmarks)) {}
+
+  Correspondence run_level(int level, Vertices& V) const {
+    const LevelSchedule& s = options_.levels[std::min(static_cast<size_t>(level), options_.levels.size() - 1)];
+    const Faces& F = reference_.levels[static_cast<size_t>(level)].F;
+    Vertices rest = V;
+    Correspondence matches;
+    for (int i = 0; i < s.iterations; ++i) {
+      matches = match_locally(V, F, reference_.mirror, target_, match_options(s, i));
+      ConformOptions c;
+      c.smoothing_length = geometric(s.smoothing_first, s.smoothing_last, i, s.iterations);
+      c.landmark_weight = s.landmark_weight;
+      V = conform(rest, F, matches, landmarks_, c).V;
+      if (s.move_rest) rest = V;
+    }
+    return matches;
+  }
+
+ private:
+  MatchOptions match_options(const LevelSchedule& s, int i) const {
+    MatchOptions m;
+    m.highest_distance = s.highest_distance;
+    m.highest_angle = s.highest_angle_deg * std::numbers::pi / 180;
+    m.welsch_width = geometric(s.welsch_first, s.welsch_last, i, s.iterations);
+    m.use_mirror = options_.use_mirror;
+    m.to_vertices = options_.match_vertices;
+    return m;
+  }
+
+  const MultiresTemplate& reference_;
+  const MatchTarget& target_;
+  const RegisterOptions& options_;
+  std::vector<LandmarkTarget> landmarks_;
+};
+
+void describe_alignment(const GlobalMapResult& map, RegisterSummary* s) {
+  s->scale = map.alignment.scan_from_reference.s;
+  s->landmarks_used = static_cast<int>(map.alignment.used.size() - map.dropped.size());
+  s->landmarks_rejected = map.alignment.rejected;
+  s->landmarks_rejected.insert(s->landmarks_rejected.end(), map.dropped.begin(), map.dropped.end());
+  s->swapped_left_right = map.alignment.swapped_left_right;
+  s->lambda = map.lambda;
+  s->leave_one_out_rms = map.leave_one_out_rms;
+}
+
+void describe_matches(const Correspondence& m, RegistrationResult* r) {
+  RegisterSummary& s = r->summary;
+  s.matched = m.count(MatchOrigin::matched);
+  s.mirrored = m.count(MatchOrigin::mirrored);
+  s.interpolated = m.count(MatchOrigin::interpolated);
+  s.free = m.count(MatchOrigin::free);
+  r->origins = m.origins;
+  r->visibility = m.weights;
+  for (Eigen::Index i = 0; i < r->visibility.size(); ++i)
+    if (m.origins[static_cast<size_t>(i)] != MatchOrigin::matched) r->visibility[i] = 0;
+}
+
+void measure(const MatchTarget& target, const Faces& F, const std::vector<LandmarkTarget>& landmarks,
+             RegistrationResult* r) {
+  RegisterSummary& s = r->summary;
+  r->distances.resize(r->V.rows());
+  std::vector<double> d;
+  for (Eigen::Index i = 0; i < r->V.rows(); ++i) {
+    r->distances[i] = target.index().nearest(r->V.row(i).transpose().eval()).distance;
+    if (r->origins[static_cast<size_t>(i)] == MatchOrigin::matched) d.push_back(r->distances[i]);
+  }
+  if (!d.empty()) {
+    std::sort(d.begin(), d.end());
+    for (const double x : d) s.surface_mean += x / static_cast<double>(d.size());
+    s.surface_p95 = d[static_cast<size_t>(0.95 * static_cast<double>(d.size() - 1))];
+  }
+  for (const auto& k : landmarks) {
+    const double e = (r->V.row(k.vertex).transpose() - k.position).norm();
+    s.landmark_mean += e / static_cast<double>(landmarks.size());
+    s.landmark_max = std::max(s.landmark_max, e);
+  }
+  const auto edge_list = edges(F);
+  s.folds = static_cast<int>(folded_edges(r->V, F, edge_list).size());
+  s.fold_percent = 100.0 * s.folds / static_cast<double>(edge_list.size());
+}
+
+void judge(RegistrationResult* r) {
+  RegisterSummary& s = r->summary;
+  std::ostringstream why;
+  const double n = static_cast<double>(r->V.rows());
+  if (s.matched < 0.6 * n)
+    why << "only " << std::lround(100 * s.matched / n) << " % of the vertices found the scan's surface; ";
+  if (s.mirrored > 0.15 * n) why << std::lround(100 * s.mirrored / n) << " % of the vertices were mirrored; ";
+  if (s.fold_percent > 0.5) why << s.fold_percent << " % of the edges are folded; ";
+  s.concern = why.str();
+  s.acceptable = s.concern.empty();
+}
+
+void check(const Mesh& scan, const MultiresTemplate& reference, const RegisterOptions& options) {
+  validate(scan);
+  if (scan.F.rows() < 100)
+    throw InvalidInput("registration: the scan has " + std::to_string(scan.F.rows()) +
+                       " triangles; a face scan has thousands");
+  if (reference.levels.empty()) throw InvalidInput("registration: the reference has no levels");
+  if (options.levels.empty()) throw InvalidInput("registration: the schedule has no levels");
+  if (!(options.landmark_stddev > 0)) throw InvalidInput("registration: landmark_stddev must be positive");
+}
+
+}  // namespace
+
+std::vector<LevelSchedule> default_schedule() {
+  return {{4, 20, 6, 8, 4, 20, 60, 1.0, false},
+          {4, 6, 2, 4, 2, 8, 50, 0.3, false},
+          {3, 2, 1, 2, 1, 5, 45, 0.1, false},
+          {3, 1, 0.7, 1, 1, 4, 45, 0.1, true}};
+}
+
+RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, const MultiresTemplate& reference,
+                                 const RegisterOptions& options) {
+  check(scan, reference, options);
+  RegistrationResult result;
+  DenoiseResult clean = denoise(scan, options.denoise);
+  result.summary.denoise = clean.summary;
+  result.denoised = clean.mesh;
+  const Mesh base = reference.level_mesh(0);
+  const GlobalMapResult map =
+      global_mapping(base.V, locate(reference.landmarks, base.V, base.F), landmarks, options.global, options.align);
+  describe_alignment(map, &result.summary);
+  result.landmarks = map.alignment.landmarks;
+  const std::vector<LandmarkTarget> pulls = landmark_targets(reference, map, options.landmark_stddev);
+  const MatchTarget target(std::move(clean.mesh), std::move(clean.reliability));
+  const Registration registration(reference, target, options, pulls);
+  const auto keep = [&](const std::string& name, const Vertices& V, const Faces& F) {
+    if (options.keep_stages) result.stages.push_back({name, {V, F, {}, {}, {}}});
+  };
+  result.V = map.V;
+  keep("global", result.V, base.F);
+  Correspondence matches;
+  for (int level = 0; level < static_cast<int>(reference.levels.size()); ++level) {
+    const TemplateLevel& l = reference.levels[static_cast<size_t>(level)];
+    if (level > 0) result.V = refine_positions(reference, result.V, l.vertex_count);
+    matches = registration.run_level(level, result.V);
+    unfold(result.V, l.F);
+    keep("level" + std::to_string(level), result.V, l.F);
+  }
+  describe_matches(matches, &result);
+  measure(target, reference.levels.back().F, pulls, &result);
+  judge(&result);
+  return result;
+}
+
+}  // namespace facewright
