@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include <gmock/gmock.h>
+
+#include <sstream>
+
+#include "tests/support/temporary_directory.h"
+
+namespace facewright {
+namespace {
+
+using ::testing::HasSubstr;
+
+std::vector<std::string> programs() {
+  std::istringstream list(FACEWRIGHT_PROGRAMS);
+  std::vector<std::string> names;
+  for (std::string name; list >> name;) names.push_back(name);
+  return names;
+}
+
+class EveryProgram : public ::testing::TestWithParam<std::string> {
+ protected:
+  CommandResult run(const std::string& arguments) const {
+    return run_command(std::string(FACEWRIGHT_BIN_DIR) + "/" + GetParam() + " " + arguments);
+  }
+};
+
+TEST_P(EveryProgram, HelpsWithAnExample) {
+  const CommandResult result = run("--help");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.output, HasSubstr("Example:\n  " + GetParam() + " "));
+}
+
+TEST_P(EveryProgram, TellsItsVersion) {
+  const CommandResult result = run("--version");
+  EXPECT_EQ(result.exit_code, 0);
+  EXPECT_THAT(result.output, HasSubstr(GetParam() + " (Facewright "));
+}
+
+TEST_P(EveryProgram, RefusesUnknownOptionsAsWrongUsage) { EXPECT_EQ(run("--no-such-option").exit_code, 2); }
+
+INSTANTIATE_TEST_SUITE_P(Programs, EveryProgram, ::testing::ValuesIn(programs()), [](const auto& info) {
+  std::string name = info.param;
+  std::replace(name.begin(), name.end(), '-', '_');
+  return name;
+});
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(EveryProgram);
+
+}  // namespace
+}  // namespace facewright
