@@ -19,6 +19,8 @@ Json parse(std::string_view text, const std::string& path) {
   } catch (const Json::parse_error& e) {
     const auto upto = text.substr(0, std::min(text.size(), e.byte));
     throw IoError(path, 1 + static_cast<int>(std::count(upto.begin(), upto.end(), '\n')), "not valid JSON");
+  } catch (const Json::exception& e) {  // a number out of range
+    throw IoError(path, std::string("not valid JSON: ") + e.what());
   }
 }
 
