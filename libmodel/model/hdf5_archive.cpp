@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libmodel/model/hdf5_archive.h"
+
+#include <hdf5.h>
+
+#include <cstring>
+
+#include "libmodel/core/errors.h"
+
+namespace facewright {
+namespace {
+
+constexpr hsize_t kMaxValues = hsize_t{1} << 30;  // 8 GB of doubles; more in one matrix is a damaged file
+
+// An HDF5 identifier that closes itself.
+class Handle {
+ public:
+  Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
+  ~Handle() {
+    if (id_ >= 0) close_(id_);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+  operator hid_t() const { return id_; }
+  bool ok() const { return id_ >= 0; }
+
+ private:
+  hid_t id_;
+  herr_t (*close_)(hid_t);
+};
+
+// HDF5 prints its error stack unless told not to.
+class Quiet {
+ public:
+  Quiet() {
+    H5Eget_auto2(H5E_DEFAULT, &function_, &data_);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~Quiet() { H5Eset_auto2(H5E_DEFAULT, function_, data_); }
+
+ private:
+  H5E_auto2_t function_ = nullptr;
+  void* data_ = nullptr;
+};
+
+void require(bool ok, const std::string& what) {
+  if (!ok) throw SolverError("hdf5: cannot write " + what);
+}
+
+Handle string_type(size_t size) {
+  const hid_t type = H5Tcopy(H5T_C_S1);
+  H5Tset_size(type, size);
+  H5Tset_strpad(type, H5T_STR_NULLTERM);
+  return {type, H5Tclose};
+}
+
+std::string joined(const std::vector<hsize_t>& shape) {
+  std::string text;
+  for (hsize_t n : shape) text += (text.empty() ? "" : " x ") + std::to_string(n);
+  return text;
+}
+
+std::vector<hsize_t> shape_of(hid_t dataset) {
+  const Handle space(H5Dget_space(dataset), H5Sclose);
+  const int rank = H5Sget_simple_extent_ndims(space);
+  std::vector<hsize_t> shape(static_cast<size_t>(std::max(rank, 0)));
+  if (rank > 0) H5Sget_simple_extent_dims(space, shape.data(), nullptr);
+  return shape;
+}
+
+}  // namespace
+
+Hdf5Writer::Hdf5Writer() {
+  const Quiet quiet;
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_fapl_core(access, size_t{1} << 22, false);
+  file_ = H5Fcreate("facewright-model", H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  require(file_ >= 0, "in memory");
+}
+
+Hdf5Writer::~Hdf5Writer() { H5Fclose(file_); }
+
+void Hdf5Writer::dataset(const std::string& path, const std::vector<std::uint64_t>& shape, std::int64_t file_type,
+                         std::int64_t memory_type, const void* data) {
+  const Quiet quiet;
+  const std::vector<hsize_t> extent(shape.begin(), shape.end());
+  const Handle space(extent.empty() ? H5Screate(H5S_SCALAR)
+                                    : H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr),
+                     H5Sclose);
+  const Handle parents(H5Pcreate(H5P_LINK_CREATE), H5Pclose), create(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(parents, 1);
+  H5Pset_obj_track_times(create, false);
+  const Handle set(H5Dcreate2(file_, path.c_str(), file_type, space, parents, create, H5P_DEFAULT), H5Dclose);
+  require(set.ok() && H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0, path);
+}
+
+void Hdf5Writer::matrix(const std::string& path, const RowMatrixXf& m) {
+  dataset(path, {std::uint64_t(m.rows()), std::uint64_t(m.cols())}, H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, m.data());
+}
+void Hdf5Writer::matrix(const std::string& path, const RowMatrixXd& m) {
+  dataset(path, {std::uint64_t(m.rows()), std::uint64_t(m.cols())}, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, m.data());
+}
+void Hdf5Writer::matrix(const std::string& path, const RowMatrixXi& m) {
+  dataset(path, {std::uint64_t(m.rows()), std::uint64_t(m.cols())}, H5T_STD_I32LE, H5T_NATIVE_INT32, m.data());
+}
+void Hdf5Writer::vector(const std::string& path, const Eigen::VectorXf& v) {
+  dataset(path, {std::uint64_t(v.size())}, H5T_IEEE_F32LE, H5T_NATIVE_FLOAT, v.data());
+}
+void Hdf5Writer::vector(const std::string& path, const std::vector<std::int32_t>& v) {
+  dataset(path, {std::uint64_t(v.size())}, H5T_STD_I32LE, H5T_NATIVE_INT32, v.data());
+}
+void Hdf5Writer::scalar(const std::string& path, std::int32_t value) {
+  dataset(path, {}, H5T_STD_I32LE, H5T_NATIVE_INT32, &value);
+}
+void Hdf5Writer::string(const std::string& path, const std::string& text) {
+  const Handle type = string_type(text.size() + 1);
+  dataset(path, {}, type, type, text.c_str());
+}
+
+void Hdf5Writer::attribute(const std::string& path, const std::string& name, const std::string& text) {
+  const Quiet quiet;
+  const Handle object(H5Oopen(file_, path.c_str(), H5P_DEFAULT), H5Oclose), space(H5Screate(H5S_SCALAR), H5Sclose);
+  const Handle type = string_type(text.size() + 1);
+  const Handle attr(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+  require(attr.ok() && H5Awrite(attr, type, text.c_str()) >= 0, path + "@" + name);
+}
+
+void Hdf5Writer::group(const std::string& path) {
+  const Quiet quiet;
+  const Handle parents(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(parents, 1);
+  const Handle made(H5Gcreate2(file_, path.c_str(), parents, H5P_DEFAULT, H5P_DEFAULT), H5Gclose);
+  require(made.ok(), path);
+}
+
+void Hdf5Writer::link(const std::string& new_path, const std::string& existing) {
+  const Quiet quiet;
+  const Handle parents(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
+  H5Pset_create_intermediate_group(parents, 1);
+  require(H5Lcreate_hard(file_, existing.c_str(), file_, new_path.c_str(), parents, H5P_DEFAULT) >= 0, new_path);
+}
+
+std::string Hdf5Writer::bytes() {
+  const Quiet quiet;
+  require(H5Fflush(file_, H5F_SCOPE_GLOBAL) >= 0, "the file");
+  const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
+  require(size > 0, "the file");
+  std::string image(static_cast<size_t>(size), '\0');
+  require(H5Fget_file_image(file_, image.data(), image.size()) == size, "the file");
+  return image;
+}
+
+Hdf5Reader::Hdf5Reader(const std::filesystem::path& file) : name_(file.string()) {
+  const Quiet quiet;
+  if (!std::filesystem::is_regular_file(file)) throw IoError(name_, "there is no such file; expected a model (.h5)");
+  file_ = H5Fopen(name_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (file_ < 0) throw IoError(name_, "is not an HDF5 file, or is cut short; expected a model (.h5)");
+}
+
+Hdf5Reader::~Hdf5Reader() { H5Fclose(file_); }
+
+void Hdf5Reader::fail(const std::string& path, const std::string& what) const {
+  throw IoError(name_, "'" + path + "' " + what);
+}
+
+bool Hdf5Reader::has(const std::string& path) const {
+  const Quiet quiet;
+  for (size_t slash = path.find('/', 1);; slash = path.find('/', slash + 1)) {
+    const std::string part = path.substr(0, slash);
+    if (part != "/" && H5Lexists(file_, part.c_str(), H5P_DEFAULT) <= 0) return false;
+    if (slash == std::string::npos) return true;
+  }
+}
+
+template <class Matrix>
+Matrix Hdf5Reader::read(const std::string& path, std::int64_t memory_type) const {
+  const Quiet quiet;
+  if (!has(path)) fail(path, "is missing; is this a statismo 0.9 or Facewright model?");
+  const Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.ok()) fail(path, "is not a dataset");
+  const Handle type(H5Dget_type(set), H5Tclose);
+  const H5T_class_t kind = H5Tget_class(type);
+  if (kind != H5T_FLOAT && kind != H5T_INTEGER) fail(path, "does not hold numbers");
+  const std::vector<hsize_t> shape = shape_of(set);
+  if (shape.size() > 2) fail(path, "has shape " + joined(shape) + ", expected a matrix or vector");
+  const hsize_t rows = shape.empty() ? 1 : shape[0], cols = shape.size() < 2 ? 1 : shape[1];
+  if (rows > kMaxValues || cols > kMaxValues || rows * cols > kMaxValues ||
+      (rows * cols > 0 && !H5Dget_storage_size(set)))
+    fail(path, "says it has shape " + joined(shape) + ", which the file cannot hold");
+  Matrix m(static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(cols));
+  if (m.size() > 0 && H5Dread(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, m.data()) < 0)
+    fail(path, "cannot be read; the file is damaged");
+  return m;
+}
+
+RowMatrixXd Hdf5Reader::matrix(const std::string& path) const { return read<RowMatrixXd>(path, H5T_NATIVE_DOUBLE); }
+RowMatrixXi Hdf5Reader::integers(const std::string& path) const { return read<RowMatrixXi>(path, H5T_NATIVE_INT32); }
+
+std::string Hdf5Reader::string(const std::string& path) const {
+  const Quiet quiet;
+  if (!has(path)) fail(path, "is missing");
+  const Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
+  if (!set.ok()) fail(path, "is not a dataset");
+  const Handle type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
+  if (H5Tget_class(type) != H5T_STRING || H5Sget_simple_extent_npoints(space) != 1) fail(path, "is not one string");
+  if (H5Tis_variable_str(type) > 0) {
+    char* data = nullptr;
+    const Handle memory(H5Tcopy(type), H5Tclose);
+    if (H5Dread(set, memory, H5S_ALL, H5S_ALL, H5P_DEFAULT, &data) < 0 || !data) fail(path, "cannot be read");
+    std::string text(data);
+    H5free_memory(data);
+    return text;
+  }
+  const size_t size = H5Tget_size(type);
+  if (size > kMaxValues || (size > 1 && H5Dget_storage_size(set) < size)) fail(path, "is longer than the file");
+  std::string text(size, '\0');
+  if (H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, text.data()) < 0) fail(path, "cannot be read");
+  text.resize(strnlen(text.data(), text.size()));
+  return text;
+}
+
+}  // namespace facewright

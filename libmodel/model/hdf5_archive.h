@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace facewright {
+
+// Private to this module: the part of HDF5 a model file needs. Paths are absolute ("/shape/model/mean"); missing groups
+// on the way are made. Everything is contiguous, little-endian and row-major, strings are fixed-length, NUL-terminated
+// and scalar, and no time stamps are kept, so equal content is equal bytes.
+
+using RowMatrixXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using RowMatrixXd = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using RowMatrixXi = Eigen::Matrix<std::int32_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Composes a file in memory.
+class Hdf5Writer {
+ public:
+  Hdf5Writer();
+  ~Hdf5Writer();
+  Hdf5Writer(const Hdf5Writer&) = delete;
+  Hdf5Writer& operator=(const Hdf5Writer&) = delete;
+
+  void matrix(const std::string& path, const RowMatrixXf& values);
+  void matrix(const std::string& path, const RowMatrixXd& values);
+  void matrix(const std::string& path, const RowMatrixXi& values);
+  void vector(const std::string& path, const Eigen::VectorXf& values);
+  void vector(const std::string& path, const std::vector<std::int32_t>& values);
+  void scalar(const std::string& path, std::int32_t value);
+  void string(const std::string& path, const std::string& text);
+  void attribute(const std::string& path, const std::string& name, const std::string& text);
+  void group(const std::string& path);
+  /// A second name for an object, at no cost.
+  void link(const std::string& new_path, const std::string& existing);
+  std::string bytes();
+
+ private:
+  void dataset(const std::string& path, const std::vector<std::uint64_t>& shape, std::int64_t file_type,
+               std::int64_t memory_type, const void* data);
+  std::int64_t file_ = -1;
+};
+
+/// Reads a file; all failures are IoError naming the file and the path within.
+class Hdf5Reader {
+ public:
+  explicit Hdf5Reader(const std::filesystem::path& file);
+  ~Hdf5Reader();
+  Hdf5Reader(const Hdf5Reader&) = delete;
+  Hdf5Reader& operator=(const Hdf5Reader&) = delete;
+
+  bool has(const std::string& path) const;
+  /// Scalars come as 1 x 1, vectors as one column, any numeric type is converted.
+  RowMatrixXd matrix(const std::string& path) const;
+  RowMatrixXi integers(const std::string& path) const;
+  std::string string(const std::string& path) const;
+  [[noreturn]] void fail(const std::string& path, const std::string& what) const;
+
+ private:
+  template <class Matrix>
+  Matrix read(const std::string& path, std::int64_t memory_type) const;
+  std::string name_;
+  std::int64_t file_ = -1;
+};
+
+}  // namespace facewright

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "libmodel/model/morphable_model.h"
+
+namespace facewright {
+
+/// Writes a model as HDF5: the root is the finest level as a statismo 0.9 morphable model (the layout of the Basel Face
+/// Model 2017, readable by statismo and scalismo-faces), /level0 .. /levelK hold one such model each, and what those
+/// formats have no place for is under metadata/ext. Numbers are float32 (uv float64), so loading rounds a freshly built
+/// model once, and saving a loaded model reproduces the file byte for byte. Atomic. The layout: docs/model-file.md.
+void save_model(const std::filesystem::path& path, const MorphableModel& model);
+
+/// The same bytes, in memory.
+std::string serialise_model(const MorphableModel& model);
+
+/// Reads the model at `group` of a file: "/" is the whole model with its levels, "/level0" one level of it. Also reads
+/// statismo 0.8 and 0.9 files of others (shape alone, or shape + color + expression); landmarks given as coordinates
+/// move to the nearest vertex of the mean. Throws IoError naming the dataset, what was expected and what came; a level
+/// whose mean is not the leading part of the finest is refused.
+MorphableModel load_model(const std::filesystem::path& path, const std::string& group = "/");
+
+}  // namespace facewright

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include <nlohmann/json.hpp>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/model/hdf5_archive.h"
+#include "libmodel/model/model_file.h"
+
+namespace facewright {
+namespace {
+
+using nlohmann::json;
+
+json parse_json(const Hdf5Reader& h5, const std::string& path) {
+  const json value = json::parse(h5.string(path), nullptr, /*allow_exceptions=*/false);
+  if (value.is_discarded()) h5.fail(path, "is not JSON");
+  return value;
+}
+
+template <class T>
+T from_json(const Hdf5Reader& h5, const std::string& path) {
+  try {
+    return parse_json(h5, path).get<T>();
+  } catch (const json::exception& error) {
+    h5.fail(path, std::string("has an unexpected content: ") + error.what());
+  }
+}
+
+int minor_version(const Hdf5Reader& h5, const std::string& group) {
+  for (const std::string& at : {group + "/version", std::string("/version")})
+    if (h5.has(at + "/minorVersion")) {
+      const int major = h5.integers(at + "/majorVersion")(0, 0), minor = h5.integers(at + "/minorVersion")(0, 0);
+      if (major != 0 || minor < 8)
+        h5.fail(at, "is " + std::to_string(major) + "." + std::to_string(minor) + "; readable are 0.8 and 0.9");
+      return minor;
+    }
+  return 8;
+}
+
+Eigen::VectorXd column(const Hdf5Reader& h5, const std::string& path) {
+  const RowMatrixXd m = h5.matrix(path);
+  if (m.cols() != 1 && m.rows() != 1) h5.fail(path, "is a matrix; expected a vector");
+  return Eigen::Map<const Eigen::VectorXd>(m.data(), m.size());
+}
+
+PcaModel read_statistics(const Hdf5Reader& h5, const std::string& group) {
+  const std::string at = group + "/model";
+  PcaModel pca;
+  pca.mean = column(h5, at + "/mean");
+  pca.variances = column(h5, at + "/pcaVariance");
+  pca.basis = h5.matrix(at + "/pcaBasis");
+  if (pca.basis.rows() != pca.mean.size() || pca.basis.cols() != pca.variances.size())
+    h5.fail(at + "/pcaBasis", "is " + std::to_string(pca.basis.rows()) + " x " + std::to_string(pca.basis.cols()) +
+                                  "; expected " + std::to_string(pca.mean.size()) + " x " +
+                                  std::to_string(pca.variances.size()) + " from mean and pcaVariance");
+  Eigen::Index modes = pca.mode_count();
+  while (modes > 0 && pca.variances[modes - 1] == 0) --modes;
+  pca = pca.truncated(modes);
+  if (minor_version(h5, group) == 8)  // 0.8 stored basis * diag(sqrt(variances))
+    pca.basis = (pca.basis * pca.variances.cwiseSqrt().cwiseInverse().asDiagonal()).eval();
+  try {
+    validate(pca);
+  } catch (const InvalidInput& error) {
+    h5.fail(at, std::string("is not a model: ") + error.what());
+  }
+  return pca;
+}
+
+Faces read_cells(const Hdf5Reader& h5, const std::string& shape_group) {
+  const std::string legacy = shape_group + "/representer/reference-mesh/triangle-list";
+  if (h5.has(legacy)) return h5.integers(legacy);
+  const std::string path = shape_group + "/representer/cells";
+  const RowMatrixXi cells = h5.integers(path);
+  if (cells.rows() != 3) h5.fail(path, "has " + std::to_string(cells.rows()) + " rows; expected 3");
+  return cells.transpose();
+}
+
+int nearest_vertex(const PcaModel& shape, const Eigen::Vector3d& x) {
+  Eigen::Index v = 0;
+  (as_vertices(shape.mean).rowwise() - x.transpose()).rowwise().squaredNorm().minCoeff(&v);
+  return static_cast<int>(v);
+}
+
+LandmarkSet read_landmarks_of(const Hdf5Reader& h5, const std::string& metadata, const PcaModel& shape) {
+  LandmarkSet marks;
+  const std::string vertices = metadata + "/ext/landmark_vertices", coordinates = metadata + "/landmarks/json";
+  if (h5.has(vertices)) {
+    for (const auto& [name, v] : from_json<std::map<std::string, int>>(h5, vertices)) marks[name].vertex = v;
+  } else if (h5.has(coordinates)) {
+    for (const json& entry : from_json<std::vector<json>>(h5, coordinates)) {
+      const auto x = entry.value("coordinates", std::vector<double>{});
+      if (x.size() != 3 || !entry.contains("id")) h5.fail(coordinates, "has an entry without id or three coordinates");
+      marks[entry["id"].get<std::string>()].vertex = nearest_vertex(shape, {x[0], x[1], x[2]});
+    }
+  }
+  return marks;
+}
+
+void read_extension(const Hdf5Reader& h5, const std::string& at, MorphableModelParts& parts) {
+  if (h5.has(at + "/uv")) {
+    const RowMatrixXd uv = h5.matrix(at + "/uv");
+    if (uv.cols() != 2) h5.fail(at + "/uv", "does not have two columns");
+    parts.uv = uv;
+  }
+  if (h5.has(at + "/mirror")) {
+    const RowMatrixXi mirror = h5.integers(at + "/mirror");
+    parts.mirror.assign(mirror.data(), mirror.data() + mirror.size());
+  }
+  if (h5.has(at + "/parents")) {
+    const RowMatrixXi table = h5.integers(at + "/parents");
+    if (table.cols() != 3) h5.fail(at + "/parents", "does not have three columns");
+    for (Eigen::Index i = 0; i < table.rows(); ++i) parts.parents.push_back({table(i, 0), table(i, 1), table(i, 2)});
+  }
+  if (h5.has(at + "/regions")) parts.regions = from_json<decltype(parts.regions)>(h5, at + "/regions");
+  if (h5.has(at + "/provenance")) parts.provenance = from_json<decltype(parts.provenance)>(h5, at + "/provenance");
+  if (h5.has(at + "/basis") && h5.string(at + "/basis") != "orthonormal") {
+    parts.shape.orthonormal = parts.colour.orthonormal = false;
+    if (parts.expression) parts.expression->orthonormal = false;
+  }
+}
+
+// The coarser levels: their triangles, and the proof that their vertices lead the finest level's.
+void read_coarse_levels(const Hdf5Reader& h5, MorphableModelParts& parts) {
+  const RowMatrixXi table = h5.integers("/levels");
+  if (table.cols() != 2) h5.fail("/levels", "does not have two columns");
+  std::vector<ModelLevel> levels;
+  for (Eigen::Index l = 0; l + 1 < table.rows(); ++l) {
+    const std::string shape = "/level" + std::to_string(l) + "/shape";
+    const Eigen::VectorXd mean = column(h5, shape + "/model/mean");
+    if (mean.size() > parts.shape.mean.size() || mean != parts.shape.mean.head(mean.size()))
+      h5.fail(shape + "/model/mean", "is not the leading part of the finest level's: the levels do not nest");
+    levels.push_back({static_cast<int>(mean.size() / 3), read_cells(h5, shape)});
+  }
+  parts.levels.insert(parts.levels.begin(), levels.begin(), levels.end());
+}
+
+std::string normalised(std::string group) {
+  while (!group.empty() && group.back() == '/') group.pop_back();
+  if (!group.empty() && group.front() != '/') group.insert(group.begin(), '/');
+  return group;
+}
+
+}  // namespace
+
+MorphableModel load_model(const std::filesystem::path& path, const std::string& group) {
+  const Hdf5Reader h5(path);
+  const std::string at = normalised(group);
+  const std::string shape = h5.has(at + "/shape/model/mean") ? at + "/shape" : at;
+  MorphableModelParts parts;
+  parts.shape = read_statistics(h5, shape);
+  if (h5.has(at + "/color/model/mean")) parts.colour = read_statistics(h5, at + "/color");
+  if (h5.has(at + "/expression/model/mean")) parts.expression = read_statistics(h5, at + "/expression");
+  parts.levels = {{static_cast<int>(parts.shape.vertex_count()), read_cells(h5, shape)}};
+  parts.landmarks = read_landmarks_of(h5, at + "/metadata", parts.shape);
+  read_extension(h5, at + "/metadata/ext", parts);
+  if (at.empty() && h5.has("/levels")) read_coarse_levels(h5, parts);
+  try {
+    const Faces& coarsest = parts.levels.front().F;
+    parts.landmarks = landmarks_on_vertices(parts.landmarks, coarsest, coarsest);
+    return MorphableModel(std::move(parts));
+  } catch (const InvalidInput& error) {
+    throw IoError(path.string(), error.what());
+  }
+}
+
+}  // namespace facewright
