@@ -7,6 +7,8 @@
 #include <CGAL/AABB_triangle_primitive.h>
 #include <CGAL/Simple_cartesian.h>
 
+#include <Eigen/Geometry>
+
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
 

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libregister/intake/scan.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <sstream>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/io/image_files.h"
+#include "libmodel/io/landmark_files.h"
+#include "libregister/intake/mesh_import.h"
+
+namespace facewright {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string lower(std::string s) {
+  std::transform(s.begin(), s.end(), s.begin(), [](unsigned char c) { return std::tolower(c); });
+  return s;
+}
+
+std::optional<fs::path> landmarks_beside(const fs::path& mesh) {
+  for (const char* extension : {".json", ".pts", ".pp", ".mrk.json", ".fcsv", ".ljson"}) {
+    fs::path candidate = mesh;
+    candidate.replace_extension(extension);
+    if (fs::exists(candidate)) return candidate;
+  }
+  return {};
+}
+
+struct KnownSize {
+  const char* what;
+  double lowest, highest;  // millimetres
+};
+
+// Which of mm, cm, m brings `length` into the known range; the ranges are far narrower than a factor of ten.
+std::optional<double> unit_for(double length, const KnownSize& size) {
+  for (const double mm : {1.0, 10.0, 1000.0})
+    if (length * mm >= size.lowest && length * mm <= size.highest) return mm;
+  return {};
+}
+
+double extent(const Vertices& X) { return (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm(); }
+
+const char* unit_name(double mm) { return mm == 1 ? "millimetres" : mm == 10 ? "centimetres" : "metres"; }
+
+}  // namespace
+
+Units units_from_name(const std::string& name) {
+  if (name == "auto") return Units::automatic;
+  if (name == "mm") return Units::mm;
+  if (name == "cm") return Units::cm;
+  if (name == "m") return Units::m;
+  throw InvalidInput("units: expected auto, mm, cm or m, got '" + name + "'");
+}
+
+double detect_mm_per_unit(const Mesh& mesh, const Landmarks& landmarks, std::string* reason) {
+  double length;
+  KnownSize size;
+  if (landmarks.count("37") && landmarks.count("46")) {
+    length = (landmarks.at("37").position - landmarks.at("46").position).norm();
+    size = {"outer eye distance", 60, 140};  // Farkas 1994: 80-105 mm in adults; children and loose clicks included
+  } else if (landmarks.size() >= 3) {
+    Vertices X(static_cast<Eigen::Index>(landmarks.size()), 3);
+    Eigen::Index i = 0;
+    for (const auto& entry : landmarks) X.row(i++) = entry.second.position;
+    length = extent(X);
+    size = {"extent of the landmarks", 50, 330};
+  } else {
+    length = extent(mesh.V);
+    size = {"diagonal of the mesh", 120, 900};
+  }
+  std::ostringstream text;
+  text << size.what << " " << length << " units";
+  if (const auto mm = unit_for(length, size)) {
+    text << ": " << unit_name(*mm);
+    *reason = text.str();
+    return *mm;
+  }
+  text << " fits a face in none of mm, cm, m (expected " << size.lowest << " to " << size.highest
+       << " mm); convert the scan or give --units";
+  throw InvalidInput("units: " + text.str());
+}
+
+std::vector<ScanFiles> find_scans(const fs::path& folder) {
+  std::error_code error;
+  fs::directory_iterator entries(folder, error);
+  if (error) throw IoError(folder.string(), "cannot be read as a folder of scans: " + error.message());
+  std::map<std::string, ScanFiles> found;
+  for (const auto& entry : entries) {
+    if (!entry.is_regular_file()) continue;
+    const fs::path& p = entry.path();
+    const auto& known = mesh_extensions();
+    if (std::find(known.begin(), known.end(), lower(p.extension().string())) == known.end()) continue;
+    const std::string id = p.stem().string();
+    const auto [it, is_new] = found.try_emplace(id, ScanFiles{id, p, landmarks_beside(p)});
+    if (!is_new)
+      throw InvalidInput(folder.string() + ": two scans are called '" + id + "' (" +
+                         it->second.mesh.filename().string() + " and " + p.filename().string() + "); rename one");
+  }
+  if (found.empty()) throw InvalidInput(folder.string() + ": no mesh files (OBJ, PLY, STL, OFF, glTF) in this folder");
+  std::vector<ScanFiles> list;
+  for (auto& entry : found) list.push_back(std::move(entry.second));
+  return list;
+}
+
+Scan load_scan(const ScanFiles& files, const ScanOptions& options) {
+  Scan scan;
+  scan.id = files.id;
+  ImportedMesh imported = import_mesh(files.mesh);
+  scan.warnings = imported.warnings;
+  RepairResult repaired = repair_mesh(imported.mesh, options.repair);
+  scan.mesh = std::move(repaired.mesh);
+  scan.repair = repaired.summary;
+  if (files.landmarks) scan.landmarks = read_landmarks(*files.landmarks);
+  switch (options.units) {
+    case Units::mm:
+      scan.mm_per_unit = 1;
+      break;
+    case Units::cm:
+      scan.mm_per_unit = 10;
+      break;
+    case Units::m:
+      scan.mm_per_unit = 1000;
+      break;
+    case Units::automatic:
+      scan.mm_per_unit = detect_mm_per_unit(scan.mesh, scan.landmarks, &scan.units_reason);
+      break;
+  }
+  if (options.units != Units::automatic) scan.units_reason = std::string("given: ") + unit_name(scan.mm_per_unit);
+  scan.mesh.V *= scan.mm_per_unit;
+  for (auto& entry : scan.landmarks) {
+    entry.second.position *= scan.mm_per_unit;
+    entry.second.stddev *= scan.mm_per_unit;
+  }
+  if (!imported.texture.empty()) {
+    try {
+      scan.texture = read_image(imported.texture);
+    } catch (const IoError& e) {
+      scan.warnings.push_back(std::string("texture not used: ") + e.what());
+    }
+  }
+  return scan;
+}
+
+}  // namespace facewright
