@@ -18,7 +18,7 @@ enum class SurfaceAlignment {
 
 struct CompareOptions {
   SurfaceAlignment alignment = SurfaceAlignment::rigid;
-  Similarity start;         ///< target_from_source to begin with, e.g. from landmarks
+  Similarity start = {};    ///< target_from_source to begin with, e.g. from landmarks
   int max_iterations = 50;  ///< 1 and more; ten to twenty are usual
   int max_points = 8000;    ///< source vertices used to align, evenly strided; distances are taken at all
   int threads = 0;          ///< 0 = all
