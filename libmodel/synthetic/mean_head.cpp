@@ -146,6 +146,17 @@ void mark_extras(Marker& mark) {
   mark.midline("menton", {0, -113.5, 40});
   mark.midline("submental", {0, -112, 24});
   mark.midline("cervical", {0, -106, 0});
+  mark.midline("vertex", {0, 113, -40});
+  mark.midline("opisthocranion", {0, 22, -136});
+  mark.sides("euryon", project_to_mean_head({76, 44, -48}));
+  mark.sides("lid_fold", front(32, 10.5));
+  mark.sides("alare", project_to_mean_head({18, -40, 56}));
+  mark.sides("tip", project_to_mean_head({8, -36, 73}));
+  mark.sides("nasal_wall", front(9, -14));
+  mark.sides("philtrum", front(0.5, -54));
+  mark.sides("neck", project_to_mean_head({55, -128, -60}));
+  mark.sides("superaurale", project_to_mean_head({80, 18, -62}));
+  mark.sides("subaurale", project_to_mean_head({74, -43, -52}));
   mark.sides("tragion", project_to_mean_head({71, -14, -39}));
   mark.sides("gonion", project_to_mean_head({52, -74, -12}));
   mark.sides("zygion", project_to_mean_head({69, -18, -8}));

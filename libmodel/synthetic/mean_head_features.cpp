@@ -35,7 +35,7 @@ double eye_opening(double x, double y) {
 
 double lip_seam(double x) {
   const double t = mouth_parameter(x);
-  return -68.3 - 0.9 * gauss(t / 0.13) + 0.5 * gauss((t - 0.42) / 0.22) - 0.9 * smooth_step(0.6, 1.0, t);
+  return -68.3 - 0.9 * gauss(t / 0.13) + 0.5 * gauss((t - 0.42) / 0.22) - 0.2 * smooth_step(0.6, 1.0, t);
 }
 double upper_vermilion(double x) {
   const double t = mouth_parameter(x);
@@ -140,7 +140,8 @@ double add_mouth(double d, const Vector3d& p) {
   // the rolls of the lips: steep to the vermilion border, rounded in towards the seam
   const double upper = std::max(top - seam, 0.3), lower = std::max(seam - bottom, 0.3);
   h = smooth_max(2.5 * taper * lip_roll((y - seam) / upper, 0.50), 3.9 * taper * lip_roll((seam - y) / lower, 0.42),
-                 0.5);
+                 0.5) -
+      0.125;
   h -= (1.5 * taper + 0.7) * gauss((y - seam) / 1.15) * smooth_step(1.12, 0.96, x / mouth_half_width);   // seam
   h -= 1.0 * gauss((x - mouth_half_width - 0.5) / 3.4) * gauss((y - lip_seam(mouth_half_width)) / 3.4);  // corner
   h += 0.35 * gauss((y - top) / 0.9) * smooth_step(0.9, 0.6, t) +
