@@ -160,6 +160,18 @@ MorphableModel MorphableModel::truncated(int shape_modes, int colour_modes) cons
   return MorphableModel(std::move(p));
 }
 
+MorphableModel MorphableModel::with_uv(TexCoords uv) const {
+  MorphableModelParts p = parts();
+  p.uv = std::move(uv);
+  return MorphableModel(std::move(p));
+}
+
+MorphableModel MorphableModel::with_provenance(const std::map<std::string, std::string>& entries) const {
+  MorphableModelParts p = parts();
+  for (const auto& [key, value] : entries) p.provenance[key] = value;
+  return MorphableModel(std::move(p));
+}
+
 LandmarkSet landmarks_on_vertices(const LandmarkSet& marks, const Faces& marked_on, const Faces& F) {
   LandmarkSet result = marks;
   for (auto& [name, mark] : result) {

@@ -82,6 +82,9 @@ class MorphableModel {
   MorphableModel level(int l) const;
   /// Only the first `shape_modes` and `colour_modes` (-1: as many as of shape).
   MorphableModel truncated(int shape_modes, int colour_modes = -1) const;
+  /// The same model with these texture coordinates (N x 2) or entries added to its provenance.
+  MorphableModel with_uv(TexCoords uv) const;
+  MorphableModel with_provenance(const std::map<std::string, std::string>& entries) const;
 
  private:
   struct Unchecked {};
