@@ -24,8 +24,8 @@ void fill_box(Image& image, Eigen::Vector2d low, Eigen::Vector2d high, const Rgb
   if (image.channels < 3) throw InvalidInput("overlay: expected an image of 3 or 4 channels");
   if (!low.allFinite() || !high.allFinite()) return;
   low = low.cwiseMax(0), high = high.cwiseMin(Eigen::Vector2d(image.width - 1, image.height - 1));
-  for (int y = static_cast<int>(std::floor(low[1])); y <= static_cast<int>(std::ceil(high[1])) && low[1] <= high[1];
-       ++y)
+  if (low[0] > high[0] || low[1] > high[1]) return;
+  for (int y = static_cast<int>(std::floor(low[1])); y <= static_cast<int>(std::ceil(high[1])); ++y)
     for (int x = static_cast<int>(std::floor(low[0])); x <= static_cast<int>(std::ceil(high[0])); ++x) {
       const double c = x < image.width && y < image.height ? coverage(Eigen::Vector2d(x, y)) : 0;
       if (c > 0) blend(image, x, y, colour, c);

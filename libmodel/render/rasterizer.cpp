@@ -37,8 +37,9 @@ class EdgeFunction {
   bool owns_ = false;
 };
 
-int first_pixel(double x) { return static_cast<int>(std::ceil(std::max(x, 0.0))); }
-int last_pixel(double x, int size) { return static_cast<int>(std::floor(std::min(x, size - 1.0))); }
+/// Clamped before the conversion: far corners do not overflow.
+int first_pixel(double x, int size) { return static_cast<int>(std::ceil(std::clamp<double>(x, 0, size))); }
+int last_pixel(double x, int size) { return static_cast<int>(std::floor(std::clamp<double>(x, -1, size - 1))); }
 
 /// Draws one triangle with corners c and depths z, of either orientation.
 void draw(Raster& raster, int id, std::array<Eigen::Vector2d, 3> c, const std::array<double, 3>& z) {
@@ -51,8 +52,8 @@ void draw(Raster& raster, int id, std::array<Eigen::Vector2d, 3> c, const std::a
                                             EdgeFunction(corner(0), corner(1))};
   const auto [x_low, x_high] = std::minmax({c[0][0], c[1][0], c[2][0]});
   const auto [y_low, y_high] = std::minmax({c[0][1], c[1][1], c[2][1]});
-  for (int y = first_pixel(y_low); y <= last_pixel(y_high, raster.height); ++y)
-    for (int x = first_pixel(x_low); x <= last_pixel(x_high, raster.width); ++x) {
+  for (int y = first_pixel(y_low, raster.height); y <= last_pixel(y_high, raster.height); ++y)
+    for (int x = first_pixel(x_low, raster.width); x <= last_pixel(x_high, raster.width); ++x) {
       const std::array<double, 3> e = {edge[0](x, y), edge[1](x, y), edge[2](x, y)};
       if (!edge[0].contains(e[0]) || !edge[1].contains(e[1]) || !edge[2].contains(e[2])) continue;
       const double total = e[0] + e[1] + e[2];

@@ -15,15 +15,15 @@
 namespace facewright {
 namespace {
 
-const Eigen::Vector3d clay(0.62, 0.60, 0.58);
+const Eigen::Vector3d clay(0.50, 0.48, 0.46);
 
 /// Light that arrives for a unit normal in camera axes (+x right, +y up, +z to the viewer); about 1 facing the viewer.
 double studio_light(const Eigen::Vector3d& n) {
   static const Eigen::Vector3d key = Eigen::Vector3d(-0.45, 0.55, 0.75).normalized();
   static const Eigen::Vector3d fill = Eigen::Vector3d(0.75, 0.1, 0.45).normalized();
   const double hemisphere = 0.5 * (1 + n[1]);                      // sky above, floor below
-  const double wrapped = std::max(0.0, (n.dot(key) + 0.2) / 1.2);  // a large soft box reaches around the edge
-  return 0.16 + 0.26 * hemisphere + 0.72 * wrapped + 0.12 * std::max(0.0, n.dot(fill));
+  const double wrapped = std::max(0.0, (n.dot(key) + 0.1) / 1.1);  // a large soft box reaches around the edge
+  return 0.10 + 0.26 * hemisphere + 0.95 * wrapped + 0.10 * std::max(0.0, n.dot(fill));
 }
 
 /// Everything a pixel needs.
