@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+// A folder of scans to a multi-resolution morphable model.
+#include <iostream>
+
+#include "pipelines/build_pipeline.h"
+#include "tools/cli.h"
+
+using namespace facewright;
+
+namespace {
+
+DenoiseMethod denoise_from_name(const std::string& name) {
+  if (name == "gauss") return DenoiseMethod::gaussian;
+  if (name == "median") return DenoiseMethod::median;
+  if (name == "none") return DenoiseMethod::none;
+  return DenoiseMethod::automatic;
+}
+
+void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
+  for (const ScanOutcome& o : s.scans)
+    if (!o.registered) std::cerr << "build-model: " << o.id << " left out: " << o.reason << "\n";
+  std::string levels;
+  for (const int v : s.level_vertices) levels += (levels.empty() ? "" : ", ") + std::to_string(v);
+  report(common, "build-model: " + std::to_string(s.registered) + " of " + std::to_string(s.scans.size()) +
+                     " scans registered; " + std::to_string(s.shape_modes) + " shape and " +
+                     std::to_string(s.colour_modes) + " colour modes; levels " + levels);
+  for (const auto& [stage, seconds] : s.seconds) detail(common, "  " + stage + ": " + format_duration(seconds));
+  report(common, "build-model: the model is " + (common.output / "model.h5").string() + "; open " +
+                     (common.output / "report" / "index.html").string());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Builds a multi-resolution 3D morphable face model from a folder of scans with landmarks.",
+               "build-model");
+  CommonOptions common;
+  add_common_options(
+      app, common,
+      CommonFlags::output | CommonFlags::jobs | CommonFlags::seed | CommonFlags::units | CommonFlags::resume,
+      "build-model scans -o model -j 2");
+  BuildPipelineOptions options;
+  std::string denoise = "auto", reference, reference_landmarks;
+  bool no_mirror = false;
+  app.add_option(
+         "scans", options.scans,
+         "Folder of scans (OBJ, PLY, STL, OFF, glTF) with ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson beside each")
+      ->required();
+  app.add_option("--levels", options.levels, "Vertex counts of the model's levels, increasing")->delimiter(',');
+  app.add_option("--variance", options.variance_share, "Share of the variance kept in shape and colour")
+      ->check(CLI::Range(0.01, 1.0));
+  app.add_option("--denoise", denoise, "Noise filter")->check(CLI::IsMember({"auto", "gauss", "median", "none"}));
+  app.add_option("--landmark-stddev", options.registration.landmark_stddev,
+                 "Precision of landmarks that state none, mm")
+      ->check(CLI::Range(0.01, 20.0));
+  app.add_flag("--no-mirror", no_mirror, "Do not fill unseen parts from the other side of the face");
+  app.add_option("--reference", reference, "Your own reference mesh instead of the built-in face")
+      ->check(CLI::ExistingFile);
+  app.add_option("--reference-landmarks", reference_landmarks, "Landmarks of that mesh")->check(CLI::ExistingFile);
+  return run_program(argc, argv, app, common, [&] {
+    options.output = common.output;
+    options.jobs = common.jobs;
+    options.seed = common.seed;
+    options.resume = common.resume;
+    options.scan.units = units_from_name(common.units);
+    options.registration.denoise.method = denoise_from_name(denoise);
+    options.registration.use_mirror = !no_mirror;
+    options.reference = reference;
+    options.reference_landmarks = reference_landmarks;
+    ProgressBar bar(common);
+    const BuildPipelineSummary summary = build_from_scans(options, bar.progress());
+    print_summary(common, summary);
+    return summary.failed > 0 ? ExitCode::some_failed : ExitCode::ok;
+  });
+}
