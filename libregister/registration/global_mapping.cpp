@@ -127,7 +127,7 @@ AlignResult align_landmarks(const Landmarks& reference, const Landmarks& scan, c
   check_scale(fit.S.s, options);
   result.scan_from_reference = fit.S;
   const Eigen::VectorXd r = residuals(fit.S, A, positions(result.landmarks, names));
-  const double bound = std::max(options.inlier_distance, 5 * 1.4826 * median(to_vector(r)));
+  const double bound = std::max(options.inlier_distance, 3.5 * 1.4826 * median(to_vector(r)));
   double sum = 0;
   for (size_t i = 0; i < names.size(); ++i) {
     const double ri = r[static_cast<Eigen::Index>(i)];
