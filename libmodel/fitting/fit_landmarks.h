@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libmodel/fitting/observations.h"
+#include "libmodel/render/head_pose.h"
+
+namespace facewright {
+
+enum class CameraKind {
+  orthographic,  ///< rotation, scale, shift: more accurate shapes
+  affine         ///< the Gold Standard camera as it is [huber2016]
+};
+
+struct FitOptions {
+  double lambda = 1;      ///< weight of the prior; 1 = calibrated, 0 = none [aldrian2013]
+  double sigma_px = 0;    ///< standard deviation of a landmark in pixels; 0 = sigma_mm times the camera's scale
+  double sigma_mm = 1.2;  ///< the same on the face: does not depend on the image's size
+  double jaw_factor = 2;  ///< jaw landmarks are that much less certain, >= 1
+  JawMode jaw = JawMode::slide;
+  CameraKind camera = CameraKind::orthographic;
+  int iterations = 50;      ///< rounds of pose and shape at most, >= 1
+  double tolerance = 1e-3;  ///< stop when no coefficient moves more, standard deviations
+  int modes = -1;           ///< shape modes to use, -1 = all
+};
+
+enum class FitStop { not_run, converged, iteration_limit };
+std::string to_string(FitStop stop);
+
+struct LandmarkResidual {
+  std::string name;
+  int vertex = -1;
+  Eigen::Vector2d measured, fitted;  ///< pixels
+  bool used = true;                  ///< false: had no weight (a hidden jaw point)
+};
+
+struct FitSummary {
+  FitStop stop = FitStop::not_run;
+  int iterations = 0;
+  double last_change = 0;  ///< largest change of a coefficient in the last round, standard deviations
+  double rms_px = 0;       ///< over the landmarks used, jaw points left out unless they are fixed
+  double rms_percent = 0;  ///< the same in percent of the outer eye distance in the image; 0 if that is unknown
+  double outer_eye_distance_px = 0;  ///< between landmarks 37 and 46; 0 if either is missing
+  double start_condition = 0;        ///< of the first pose, see AffineCameraSummary
+  double sigma_px = 0;               ///< the standard deviation in use
+  std::vector<LandmarkResidual> residuals;
+  std::vector<std::string> unknown;  ///< landmarks the model does not have
+  FitOptions options;
+};
+
+struct FitResult {
+  AffineCamera camera;
+  OrthographicCamera orthographic;                              ///< the same camera, or the nearest to it
+  HeadPose pose;                                                ///< of the orthographic camera, radians
+  Eigen::VectorXd shape_coefficients, expression_coefficients;  ///< standard deviations
+  FitSummary summary;
+};
+
+/// Fits pose and shape (and expression, if the model has one) to 2D landmarks, in turns until neither moves: Gold
+/// Standard camera, refinement, closed-form MAP shape [huber2016] [aldrian2013]. The result moves with the image and
+/// does not depend on its scale unless sigma_px is set. Throws InvalidInput when fewer than 4 landmarks are known to
+/// the model, or they lie in a plane. Under a millisecond for 68 landmarks and 60 modes.
+FitResult fit_landmarks(const MorphableModel& model, const ImageLandmarks& landmarks, const FitOptions& options = {},
+                        const LandmarkMapper& mapper = {});
+
+}  // namespace facewright

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libmodel/fitting/fit_model.h"
+
+#include <algorithm>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/render/framing.h"
+#include "libmodel/render/overlays.h"
+#include "libmodel/render/render_mesh.h"
+
+namespace facewright {
+
+Image frontal_view(const Mesh& mesh, const Image& isomap, int size, int threads) {
+  RenderOptions options;
+  options.width = options.height = size;
+  options.shading = Shading::none;
+  options.threads = threads;
+  return render_mesh(mesh, frame_camera(mesh.V, size, size), options, isomap);
+}
+
+Image fit_overlay(const Image& image, const Vertices& V, const Faces& F, const FitResult& fit) {
+  Image out = to_rgb(image);
+  draw_wireframe(out, V, F, fit.camera, {90, 170, 255}, 0.35);
+  const double radius = std::max(2.0, fit.summary.outer_eye_distance_px / 50);
+  for (const LandmarkResidual& r : fit.summary.residuals) {
+    draw_disc(out, r.fitted, 0.6 * radius, r.used ? Rgb{230, 30, 40} : Rgb{150, 150, 150});
+    draw_cross(out, r.measured, radius, {30, 220, 60}, std::max(1.0, radius / 3));
+  }
+  return out;
+}
+
+FitModelResult fit_model(const MorphableModel& model, const Image& image, const ImageLandmarks& landmarks,
+                         const FitModelOptions& options, const LandmarkMapper& mapper) {
+  if (image.empty()) throw InvalidInput("fit: the image is empty");
+  FitModelResult result;
+  result.fit = fit_landmarks(model, landmarks, options.fit, mapper);
+  result.mesh = model.instance(result.fit.shape_coefficients, {}, options.level, result.fit.expression_coefficients);
+  if (result.mesh.has_uv()) {
+    TextureOptions texture = options.texture;
+    texture.threads = options.threads;
+    result.texture = extract_texture(result.mesh, image, result.fit.camera, texture);
+  }
+  result.frontal = frontal_view(result.mesh, result.texture.isomap, options.frontal_size, options.threads);
+  const int coarse = model.vertex_count(0);  // a finer wireframe would hide the image
+  result.overlay = fit_overlay(image, result.mesh.V.topRows(coarse), model.faces(0), result.fit);
+  return result;
+}
+
+}  // namespace facewright

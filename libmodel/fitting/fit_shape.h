@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <vector>
+
+#include "libmodel/core/camera.h"
+#include "libmodel/fitting/observations.h"
+
+namespace facewright {
+
+/// The part of a model that landmarks see: mean and scaled basis at their vertices.
+struct LandmarkShapeModel {
+  Eigen::VectorXd mean;   ///< (3K)
+  Eigen::MatrixXd basis;  ///< (3K x M), columns times their standard deviation
+
+  Vertices points(const Eigen::VectorXd& coefficients) const;  ///< (K x 3)
+};
+/// Rows of `shape` (and `expression`, behind it, if given) at the observed vertices; the first `modes` shape modes.
+LandmarkShapeModel landmark_shape_model(const std::vector<Observation>& seen, const PcaModel& shape, int modes,
+                                        const PcaModel* expression = nullptr);
+
+/// Maximum a posteriori coefficients under a fixed camera, in closed form:
+///   argmin_c sum_k r_k^T W_k r_k + lambda |c|^2,  r_k = x_k - (A (mean_k + basis_k c) + b).
+/// With W the landmarks' inverse covariances, lambda = 1 is the calibrated posterior [aldrian2013]; lambda = 0 is least
+/// squares, of least norm where it is not unique. O(K M^2). Throws InvalidInput for lambda < 0.
+Eigen::VectorXd fit_shape(const LandmarkShapeModel& model, const std::vector<Observation>& seen,
+                          const AffineCamera& camera, const std::vector<Information>& W, double lambda);
+
+}  // namespace facewright

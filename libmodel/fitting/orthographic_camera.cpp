@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libmodel/fitting/orthographic_camera.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+#include <cmath>
+
+#include "libmodel/core/errors.h"
+
+namespace facewright {
+namespace {
+
+Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
+  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+}
+
+using Vector6 = Eigen::Matrix<double, 6, 1>;
+
+/// Derivative of the pixel by (rotation vector, relative scale, shift), q = R X in camera axes.
+Eigen::Matrix<double, 2, 6> jacobian(const OrthographicCamera& camera, const Eigen::Vector3d& q) {
+  Eigen::Matrix<double, 2, 6> J;
+  J << 0, q[2], -q[1], q[0], 1, 0,  //
+      q[2], 0, -q[0], -q[1], 0, 1;
+  J.leftCols<4>() *= camera.s;
+  return J;
+}
+
+OrthographicCamera moved(const OrthographicCamera& camera, const Vector6& step) {
+  OrthographicCamera out = camera;
+  const double angle = step.head<3>().norm();
+  if (angle > 0)
+    out.R = nearest_rotation(Eigen::AngleAxisd(angle, step.head<3>() / angle).toRotationMatrix() * camera.R);
+  out.s = camera.s * std::exp(std::clamp(step[3], -1.0, 1.0));
+  out.t += step.tail<2>();
+  return out;
+}
+
+}  // namespace
+
+OrthographicCamera nearest_orthographic(const AffineCamera& camera) {
+  const Eigen::Vector3d r1 = camera.A.row(0).transpose(), r2 = -camera.A.row(1).transpose();
+  const double l1 = r1.norm(), l2 = r2.norm();
+  if (!(l1 > 0) || !(l2 > 0))
+    throw InvalidInput("camera: an affine camera without scale has no orthographic neighbour");
+  Eigen::Matrix3d M;
+  M << r1.transpose() / l1, r2.transpose() / l2, (r1 / l1).cross(r2 / l2).transpose();
+  return {(l1 + l2) / 2, nearest_rotation(M), camera.b};
+}
+
+OrthographicResult refine_orthographic(const OrthographicCamera& start, const Vertices& X, const Pixels& x,
+                                       const std::vector<Information>& W, const OrthographicOptions& options) {
+  OrthographicResult result{start, {}};
+  for (int i = 0; i < options.iterations && !result.summary.converged; ++i) {
+    Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
+    Vector6 g = Vector6::Zero();
+    const AffineCamera affine = result.camera.affine();
+    for (Eigen::Index k = 0; k < X.rows(); ++k) {
+      const Eigen::Vector3d X_k = X.row(k).transpose();
+      const auto J = jacobian(result.camera, result.camera.R * X_k);
+      const Eigen::Vector2d r = x.row(k).transpose() - affine.project(X_k);
+      H += J.transpose() * W[static_cast<size_t>(k)] * J;
+      g += J.transpose() * W[static_cast<size_t>(k)] * r;
+    }
+    const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(H);
+    const Vector6 step = solver.solve(g);
+    if (solver.info() != Eigen::Success || !step.allFinite() || !(solver.rcond() > 1e-18))
+      throw SolverError("camera: too few landmarks with weight to determine the pose");
+    result.camera = moved(result.camera, step);
+    result.summary.converged = step.head<4>().norm() < options.tolerance;
+    ++result.summary.iterations;
+  }
+  double sum = 0;
+  int count = 0;
+  for (Eigen::Index k = 0; k < X.rows(); ++k) {
+    if (W[static_cast<size_t>(k)].isZero(0)) continue;
+    sum += (x.row(k).transpose() - result.camera.affine().project(X.row(k).transpose())).squaredNorm();
+    ++count;
+  }
+  result.summary.rms_px = count > 0 ? std::sqrt(sum / count) : 0;
+  return result;
+}
+
+}  // namespace facewright
