@@ -269,7 +269,7 @@ class RadiusTable {
 
 double neck_distance(const Vector3d& p) {
   const double t = std::clamp((-60 - p.y()) / 110, 0.0, 1.3), z = -60 - 12 * t;
-  const double radius = 51 + 3 * t * t, stretched = std::hypot(p.x(), (p.z() - z) * 0.97);
+  const double radius = 50 + 4 * t * t, stretched = std::hypot(p.x() * 1.06, (p.z() - z) * 0.97);
   double d = (stretched - radius) * 0.97;
   // the slanting neck muscle and the larynx
   d -= 2.2 * gauss((p.x() - 42 + 26 * t) / 9) * smooth_step(-80, -40, p.z()) * smooth_step(-70, -95, p.y());

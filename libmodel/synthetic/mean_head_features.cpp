@@ -113,13 +113,13 @@ double add_nose(double d, const Vector3d& p) {
   // wings: from the tip around to the alar base
   double wing = ellipsoid(q, {10.6, -39.6, 58.6}, {5.7, 6.2, 9.6});
   wing = smooth_min(wing, ellipsoid(q, {11.6, -40.8, 54.6}, {5.3, 5.6, 6.4}), 3);
-  d = smooth_min(d, wing, 3.4);
+  d = smooth_min(d, wing, 4.2);
   d += 0.7 * gauss((wing - 1.0) / 1.3) * smooth_step(12, 16, q.x()) * smooth_step(-30, -36, q.y());  // alar crease
-  d += 0.5 * gauss((q.x() - 9.6) / 1.6) * gauss((q.y() + 35) / 4.5) * smooth_step(56, 62, q.z());    // tip from wing
+  d += 0.25 * gauss((q.x() - 9.6) / 1.8) * gauss((q.y() + 35) / 4.5) * smooth_step(56, 62, q.z());   // tip from wing
   // nostrils: ovals that lean towards the tip
-  const Vector3d n = q - Vector3d{6.9, -46.8, 61.0};
+  const Vector3d n = q - Vector3d{6.7, -45.2, 62.4};
   const Vector3d turned{0.90 * n.x() + 0.43 * n.z(), n.y(), -0.43 * n.x() + 0.90 * n.z()};
-  return smooth_max(d, -ellipsoid(turned, Vector3d::Zero(), {2.9, 6.5, 5.6}), 1.8);
+  return smooth_max(d, -ellipsoid(turned, Vector3d::Zero(), {2.9, 5.0, 5.2}), 1.8);
 }
 
 namespace {
@@ -176,7 +176,7 @@ double add_ear(double d, const Vector3d& p) {
   double ear = smooth_max((rho - 1) * 16, std::abs(c - 0.5 * h + 1.2) - 0.5 * h - 1.5, 2.0) * 0.85;
   ear = smooth_min(ear, ellipsoid(q, {68.5, -12, -56}, {7, 19, 8}), 4);
   d = smooth_min(d, ear, 4);
-  return smooth_min(d, ellipsoid(q, {70.0, -16, -44.5}, {3.2, 5.5, 5.0}), 6);
+  return smooth_min(d, ellipsoid(q, {69.0, -16, -45.0}, {3.2, 5.0, 4.5}), 7);
 }
 
 }  // namespace facewright::mean_head

@@ -83,7 +83,7 @@ void add_forehead(Table& t) {
   t.add("brow_ridge", {shift({20, 20, 53}, {20, 8.5, 20}, {0, -0.15, 1})}, {"28", "glabella", Z, 1.2}, {0, 0.65, 0});
   t.add("brow_height", {shift({30, 21, 48}, {27, 9, 26}, {0, 1, 0})}, {"45", "25", Y, 1.7}, {0, -0.5, 0});
   t.add("brow_arch", {shift({40, 24, 44}, {11, 8, 20}, {0, 1, 0}), shift({13, 19, 55}, {9, 7, 18}, {0, -0.8, 0})},
-        {"23", "26", Y, 1.2}, {0, -0.4, 0});
+        {"23", "26", Y, 0.8}, {0, -0.4, 0});
   t.add("temple_fullness", {shift({62, 30, 10}, {15, 22, 24}, {1, 0, 0.2})}, {"right_temple", "left_temple", X, 2.0},
         {0, 0, 0.4});
 }
@@ -123,10 +123,9 @@ void add_mouth(Table& t) {
   t.add("lower_lip_fullness", {shift({0, -75.5, 60}, {24, 5.5, 18}, {0, -1, 0.45})}, {"58", "67", Y, 1.3},
         {0, -0.2, 0});
   t.add("lip_protrusion", {shift({0, -68, 61}, {28, 14, 24}, {0, 0, 1})}, {"34", "63", Z, 1.7});
-  t.add("mouth_corner", {shift({26, -68, 50}, {12, 9, 18}, {0, 1, 0.2})}, {"63", "55", Y, 1.1});
-  t.add("philtrum_depth", {shift({0, -54, 62}, {3.6, 7, 10}, {0, 0, -1})}, {"left_philtrum", "34", Z, 0.35});
-  t.add("nasolabial_fold", {shift({29, -52, 50}, {5, 13, 14}, {-0.2, 0, -1})}, {"55", "left_alar_curvature", Z, 0.4},
-        {0, 0, 0.3});
+  t.add("mouth_corner", {shift({26, -68, 50}, {12, 9, 18}, {0, 1, 0.2})}, {"63", "55", Y, 0.6});
+  t.add("philtrum_depth", {shift({0, -54, 62}, {3.6, 7, 10}, {0, 0, -1})}, {"", "", Z, 0.35});
+  t.add("nasolabial_fold", {shift({29, -52, 50}, {5, 13, 14}, {-0.2, 0, -1})}, {"", "", Z, 0.45}, {0, 0, 0.3});
 }
 
 void add_jaw(Table& t) {
@@ -167,6 +166,10 @@ Vector3d moved(const ShapeParameter& p, const Landmarks& marks, const std::strin
 
 /// Scales the windows so that one standard deviation moves the measure by its published standard deviation.
 void calibrate(ShapeParameter& p, const Landmarks& marks) {
+  if (p.from.empty()) {
+    for (WarpWindow& w : p.windows) w.shift *= p.stddev;
+    return;
+  }
   const double change = (moved(p, marks, p.to) - moved(p, marks, p.from))[p.axis];
   if (std::abs(change) < 1e-3) throw InvalidInput("shape_parameters: \"" + p.name + "\" does not move its measure");
   for (WarpWindow& w : p.windows) {
