@@ -25,13 +25,16 @@ struct Problem {
   SparseMatrix L;        // cotangent stiffness of the rest shape
   Eigen::VectorXd data;  // diagonal: weight of each vertex's target
   Vertices rhs;          // sum of weight * (target - rest)
+  SparseMatrix seam;     // quadratic form of the stitches
   double constant = 0;   // energy of the rest shape
 };
 
 Problem make_problem(const Vertices& V, const Faces& F, const Correspondence& matches,
                      const std::vector<LandmarkTarget>& landmarks, const ConformOptions& o) {
   const Eigen::VectorXd A = vertex_areas(V, F);
-  Problem p{V, F, edges(F), cotangent_stiffness(V, F), matches.weights.cwiseProduct(A), {}, 0};
+  Problem p{
+      V, F, edges(F), cotangent_stiffness(V, F), matches.weights.cwiseProduct(A), {}, SparseMatrix(V.rows(), V.rows()),
+      0};
   const Vertices gap = matches.targets - V;
   p.rhs = p.data.asDiagonal() * gap;
   p.constant = p.data.dot(gap.rowwise().squaredNorm());
@@ -47,6 +50,27 @@ Problem make_problem(const Vertices& V, const Faces& F, const Correspondence& ma
   return p;
 }
 
+// Adds h |u_i - (1-t) u_a - t u_b - e|^2 per stitch, where e closes the gap of the rest shape to seam_gap.
+void add_stitches(const std::vector<Stitch>& stitches, const ConformOptions& o, double mean_area, Problem* p) {
+  std::vector<Eigen::Triplet<double>> entries;
+  const double h = o.seam_weight * mean_area;
+  for (const Stitch& s : stitches) {
+    const int index[3] = {s.vertex, s.a, s.b};
+    const double c[3] = {1, s.t - 1, -s.t};
+    Eigen::RowVector3d gap = Eigen::RowVector3d::Zero();
+    for (int i = 0; i < 3; ++i) gap += c[i] * p->V.row(index[i]);
+    const double length = gap.norm();
+    const Eigen::RowVector3d e =
+        length > o.seam_gap ? Eigen::RowVector3d((o.seam_gap / length - 1) * gap) : Eigen::RowVector3d::Zero();
+    for (int i = 0; i < 3; ++i) {
+      p->rhs.row(index[i]) += h * c[i] * e;
+      for (int j = 0; j < 3; ++j) entries.emplace_back(index[i], index[j], h * c[i] * c[j]);
+    }
+    p->constant += h * e.squaredNorm();
+  }
+  p->seam.setFromTriplets(entries.begin(), entries.end());
+}
+
 // l^2 times the stiffness, each edge scaled by the mean stiffness factor of its ends, plus the data diagonal.
 SparseMatrix system_matrix(const Problem& p, double l2, const Eigen::VectorXd& factor) {
   SparseMatrix N = p.L;
@@ -58,7 +82,7 @@ SparseMatrix system_matrix(const Problem& p, double l2, const Eigen::VectorXd& f
         diagonal[c] -= it.value();
       }
   for (int c = 0; c < N.outerSize(); ++c) N.coeffRef(c, c) = diagonal[c];
-  return N;
+  return p.seam.nonZeros() > 0 ? SparseMatrix(N + p.seam) : N;
 }
 
 // Vertices of both triangles at folded edges, and their neighbours.
@@ -80,16 +104,19 @@ void check(const Vertices& V, const Correspondence& m, const ConformOptions& o) 
   if (m.targets.rows() != V.rows() || m.weights.size() != V.rows())
     throw InvalidInput("conform: matches for " + std::to_string(m.targets.rows()) + " vertices, the mesh has " +
                        std::to_string(V.rows()));
-  if (!(o.smoothing_length > 0) || o.landmark_weight < 0 || o.rest_weight < 0 || !(o.fold_stiffness > 1))
+  if (!(o.smoothing_length > 0) || o.landmark_weight < 0 || o.seam_weight < 0 || o.seam_gap < 0 || o.rest_weight < 0 ||
+      !(o.fold_stiffness > 1))
     throw InvalidInput("conform: smoothing_length > 0, weights >= 0 and fold_stiffness > 1 are required");
 }
 
 }  // namespace
 
 ConformResult conform(const Vertices& V, const Faces& F, const Correspondence& matches,
-                      const std::vector<LandmarkTarget>& landmarks, const ConformOptions& o) {
+                      const std::vector<LandmarkTarget>& landmarks, const ConformOptions& o,
+                      const std::vector<Stitch>& stitches) {
   check(V, matches, o);
-  const Problem p = make_problem(V, F, matches, landmarks, o);
+  Problem p = make_problem(V, F, matches, landmarks, o);
+  add_stitches(stitches, o, vertex_areas(V, F).mean(), &p);
   const double l2 = o.smoothing_length * o.smoothing_length;
   const size_t folds_of_rest = folded_edges(V, F, p.edge_list).size();
   Eigen::VectorXd factor = Eigen::VectorXd::Ones(V.rows());

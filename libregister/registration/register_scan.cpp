@@ -40,6 +40,7 @@ class Registration {
   Correspondence run_level(int level, Vertices& V) const {
     const LevelSchedule& s = options_.levels[std::min(static_cast<size_t>(level), options_.levels.size() - 1)];
     const Faces& F = reference_.levels[static_cast<size_t>(level)].F;
+    const std::vector<Stitch> stitches = seam_stitches(reference_, level);
     Vertices rest = V;
     Correspondence matches;
     for (int i = 0; i < s.iterations; ++i) {
@@ -47,7 +48,7 @@ class Registration {
       ConformOptions c;
       c.smoothing_length = geometric(s.smoothing_first, s.smoothing_last, i, s.iterations);
       c.landmark_weight = s.landmark_weight;
-      V = conform(rest, F, matches, landmarks_, c).V;
+      V = conform(rest, F, matches, landmarks_, c, stitches).V;
       if (s.move_rest) rest = V;
     }
     return matches;

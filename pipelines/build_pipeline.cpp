@@ -1,0 +1,192 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "pipelines/build_pipeline.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "libmodel/building/build_model.h"
+#include "libmodel/core/errors.h"
+#include "libmodel/core/parallel.h"
+#include "libmodel/interop/level_files.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/io/landmark_files.h"
+#include "libmodel/io/mesh_files.h"
+#include "libmodel/io/sha256.h"
+#include "libmodel/model/model_file.h"
+#include "libregister/reference/reference_face.h"
+#include "pipelines/build_report.h"
+#include "pipelines/output_tree.h"
+#include "pipelines/scan_stage.h"
+
+namespace facewright {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+class StageClock {
+ public:
+  explicit StageClock(BuildPipelineSummary* summary) : summary_(summary) {}
+  void finish(const std::string& stage) {
+    const auto now = std::chrono::steady_clock::now();
+    summary_->seconds.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+  }
+
+ private:
+  BuildPipelineSummary* summary_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+MultiresTemplate load_reference(const BuildPipelineOptions& options) {
+  if (options.reference.empty()) return build_template(default_reference_face(), options.levels);
+  if (options.reference_landmarks.empty())
+    throw InvalidInput("reference: --reference needs --reference-landmarks, the landmarks of that mesh");
+  return reference_from_mesh(read_mesh(options.reference), read_landmarks(options.reference_landmarks), options.levels);
+}
+
+std::string reference_key(const MultiresTemplate& reference) {
+  const auto bytes = [](const void* data, size_t size) {
+    return std::string_view(static_cast<const char*>(data), size);
+  };
+  std::string key = sha256(bytes(reference.V.data(), sizeof(double) * static_cast<size_t>(reference.V.size())));
+  for (const TemplateLevel& l : reference.levels)
+    key += sha256(bytes(l.F.data(), sizeof(int) * static_cast<size_t>(l.F.size())));
+  for (const auto& [name, mark] : reference.landmarks) key += name + ":" + std::to_string(mark.vertex) + ";";
+  return key;
+}
+
+void write_landmark_vertices(const MultiresTemplate& reference, const OutputTree& tree) {
+  Json map;
+  for (const auto& [name, mark] : reference.landmarks)
+    if (mark.vertex >= 0) map[name] = mark.vertex;
+  write_file(tree.landmark_vertices(), map.dump() + "\n");
+}
+
+// Registers all scans; results do not depend on the order in which threads take them.
+std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files, const MultiresTemplate& reference,
+                                      const BuildPipelineOptions& options, const OutputTree& tree,
+                                      const Progress& progress) {
+  std::vector<ScanOutcome> outcomes(files.size());
+  std::atomic<int> done{0};
+  const std::string key = reference_key(reference);
+  const int total = static_cast<int>(files.size());
+  if (progress) progress({"registering", 0, total, ""});
+  parallel_for(total, options.jobs, [&](int i) {
+    const auto s = static_cast<size_t>(i);
+    outcomes[s] = process_scan(files[s], reference, key, options, tree);
+    const int n = ++done;
+    if (progress)
+      progress({"registering", n, total,
+                outcomes[s].id + (outcomes[s].registered ? "" : " left out: " + outcomes[s].reason)});
+  });
+  return outcomes;
+}
+
+// Registrations of scans that are no longer in the folder must not linger beside the new ones.
+void remove_strangers(const std::vector<ScanFiles>& files, const OutputTree& tree) {
+  std::map<std::string, bool> known;
+  for (const ScanFiles& f : files) known[f.id] = true;
+  for (const char* folder : {"registered", "scans", "problematic"}) {
+    if (!fs::is_directory(tree.root / folder)) continue;
+    for (const auto& entry : fs::directory_iterator(tree.root / folder))
+      if (entry.path().filename() != "landmark_vertices.json" && !known.count(entry.path().stem().string()))
+        fs::remove(entry.path());
+  }
+}
+
+Json input_hashes(const std::vector<ScanFiles>& files) {
+  Json inputs;
+  for (const ScanFiles& f : files) {
+    Json entry;
+    entry["file"] = f.mesh.filename().string();
+    std::error_code error;
+    if (fs::file_size(f.mesh, error) > 0 && !error) entry["sha256"] = sha256(read_file(f.mesh));
+    if (f.landmarks) entry["landmarks"] = f.landmarks->filename().string();
+    inputs[f.id] = entry;
+  }
+  return inputs;
+}
+
+void write_build_json(const BuildPipelineOptions& options, const std::vector<ScanFiles>& files,
+                      const BuildPipelineSummary& s, const OutputTree& tree) {
+  Json j;
+  j["program"] = "build-model";
+  j["version"] = FACEWRIGHT_VERSION;
+  j["options"] = Json::parse(describe_options(options));
+  j["options"]["level_vertices"] = options.levels;
+  j["options"]["variance_share"] = options.variance_share;
+  j["seed"] = options.seed;
+  j["inputs"] = input_hashes(files);
+  j["registered"] = s.registered;
+  j["problematic"] = Json::object();
+  for (const ScanOutcome& o : s.scans)
+    if (!o.registered) j["problematic"][o.id] = o.reason;
+  j["shape_modes"] = s.shape_modes;
+  j["colour_modes"] = s.colour_modes;
+  for (const auto& [stage, seconds] : s.seconds) j["seconds"][stage] = seconds;
+  write_file(tree.build_json(), j.dump(1) + "\n");
+}
+
+std::vector<std::string> registered_ids(const BuildPipelineSummary& summary) {
+  std::vector<std::string> ids;
+  for (const ScanOutcome& o : summary.scans)
+    if (o.registered) ids.push_back(o.id);
+  return ids;
+}
+
+void write_model_files(const MorphableModel& model, const OutputTree& tree, BuildPipelineSummary* summary,
+                       const Progress& progress) {
+  if (progress) progress({"writing the model", 0, 1 + model.level_count(), ""});
+  save_model(tree.model(), model);
+  for (int l = 0; l < model.level_count(); ++l) {
+    const int vertices = model.levels()[static_cast<size_t>(l)].vertex_count;
+    export_level_files(model, l, tree.level(vertices));
+    summary->level_vertices.push_back(vertices);
+    if (progress) progress({"writing the model", 2 + l, 1 + model.level_count(), ""});
+  }
+}
+
+}  // namespace
+
+BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const Progress& progress) {
+  BuildPipelineSummary summary;
+  StageClock clock(&summary);
+  const OutputTree tree{options.output};
+  const std::vector<ScanFiles> files = find_scans(options.scans);
+  const MultiresTemplate reference = load_reference(options);
+  fs::create_directories(tree.root);
+  remove_strangers(files, tree);
+  write_landmark_vertices(reference, tree);
+  clock.finish("reference");
+  summary.scans = register_all(files, reference, options, tree, progress);
+  for (const ScanOutcome& o : summary.scans) ++(o.registered ? summary.registered : summary.failed);
+  clock.finish("registration");
+  if (summary.registered < options.least_scans) {
+    write_build_json(options, files, summary, tree);
+    throw InvalidInput("build: " + std::to_string(summary.registered) + " of " + std::to_string(files.size()) +
+                       " scans could be registered, at least " + std::to_string(options.least_scans) +
+                       " are needed for a model; the reasons are in " + (tree.root / "problematic").string());
+  }
+  if (progress) progress({"building the model", 0, 1, ""});
+  const RegisteredSet set = read_registered_set(registered_ids(summary), reference, tree);
+  BuildModelOptions building;
+  building.variance_share = options.variance_share;
+  const BuildModelResult built = build_model(set, reference, building);
+  summary.shape_modes = static_cast<int>(built.model.shape().variances.size());
+  summary.colour_modes = static_cast<int>(built.model.colour().variances.size());
+  if (progress) progress({"building the model", 1, 1, ""});
+  clock.finish("model");
+  write_model_files(built.model, tree, &summary, progress);
+  clock.finish("files");
+  write_build_report(built.model, set, summary, options, tree);
+  clock.finish("report");
+  write_build_json(options, files, summary, tree);
+  return summary;
+}
+
+}  // namespace facewright
