@@ -98,6 +98,7 @@ class Pairer {
 
  private:
   static constexpr int kFree = -1, kSingle = -2;
+  static constexpr int kLongestPath = 10;  // pairs given up: enough on every mesh we met, and the search stays short
 
   int image(int f) const { return mirror_face_.empty() ? f : mirror_face_[f]; }
 
@@ -170,57 +171,65 @@ class Pairer {
     return true;
   }
 
-  // An augmenting path: single f - a = b - single g becomes f = a, b = g; or f and g are neighbours (a, b unused).
+  // An augmenting path runs from a single to a single; its edges alternate between neighbours that become pairs and
+  // pairs that are given up. `edges` are the former, `faces` all triangles on it.
   struct Path {
-    int first = -1, last = -1;  // edges f-a and b-g; equal if f and g are neighbours
+    std::vector<int> edges, faces;
     double quality = -1;
+    bool passes(int f) const { return std::find(faces.begin(), faces.end(), f) != faces.end(); }
   };
 
   int across(int e, int f) const { return edges_[e].is_boundary() ? -1 : edges_[e].f0 + edges_[e].f1 - f; }
 
-  std::array<int, 4> faces_of(const Path& p) const {
-    return {edges_[p.first].f0, edges_[p.first].f1, edges_[p.last].f0, edges_[p.last].f1};
-  }
-
   // How many singles the path and its image remove, 0 if they get in each other's way.
   int gain(const Path& p) const {
     if (mirror_face_.empty()) return 2;
-    const auto faces = faces_of(p);
-    const bool touches = std::any_of(faces.begin(), faces.end(), [&](int f) {
-      return std::find(faces.begin(), faces.end(), mirror_face_[f]) != faces.end();
-    });
-    if (!touches) return 4;
-    return twin_[p.first] == p.last && !(p.first != p.last && share_face(p.first, p.last)) ? 2 : 0;
+    if (std::none_of(p.faces.begin(), p.faces.end(), [&](int f) { return p.passes(mirror_face_[f]); })) return 4;
+    const auto is_twin = [&](int e, int d) { return twin_[e] == d; };
+    return std::equal(p.edges.begin(), p.edges.end(), p.edges.rbegin(), is_twin) ? 2 : 0;
   }
 
   void consider(Path p, int surplus, Path& best) const {
     const int g = gain(p);
     if (g == 0 || g > surplus || (surplus % 4 == 2 && !mirror_face_.empty() && g != 2)) return;
-    p.quality = std::min(quality(p.first), quality(p.last));
+    p.quality = quality(p.edges.front());
+    for (const int e : p.edges) p.quality = std::min(p.quality, quality(e));
     if (p.quality > best.quality) best = p;
+  }
+
+  // Goes on from the last triangle of the path through at most `pairs` more pairs.
+  void extend(Path& path, int pairs, int surplus, Path& best) const {
+    const int from = path.faces.back();
+    for (const int e : face_edges_[from]) {
+      const int a = across(e, from);
+      if (a < 0 || mate_[from] == a || path.passes(a)) continue;
+      path.edges.push_back(e);
+      path.faces.push_back(a);
+      if (mate_[a] == kSingle) {
+        consider(path, surplus, best);
+      } else if (pairs > 0 && !path.passes(mate_[a])) {
+        path.faces.push_back(mate_[a]);
+        extend(path, pairs - 1, surplus, best);
+        path.faces.pop_back();
+      }
+      path.faces.pop_back();
+      path.edges.pop_back();
+    }
   }
 
   bool join_singles(int surplus) {
     Path best;
-    for (int f = 0; f < static_cast<int>(mate_.size()); ++f) {
-      if (mate_[f] != kSingle) continue;
-      for (const int first : face_edges_[f]) {
-        const int a = across(first, f);
-        if (a < 0) continue;
-        if (mate_[a] == kSingle) {
-          consider({first, first}, surplus, best);
-          continue;
-        }
-        const int b = mate_[a];
-        for (const int last : face_edges_[b]) {
-          const int g = across(last, b);
-          if (g >= 0 && g != f && g != a && mate_[g] == kSingle) consider({first, last}, surplus, best);
-        }
+    for (int pairs = 0; pairs <= kLongestPath && best.edges.empty(); ++pairs)
+      for (int f = 0; f < static_cast<int>(mate_.size()); ++f) {
+        if (mate_[f] != kSingle) continue;
+        Path path{{}, {f}, -1};
+        extend(path, pairs, surplus, best);
       }
+    for (const int e : best.edges) {
+      take(e);
+      take(twin_[e]);
     }
-    if (best.first < 0) return false;
-    for (const int e : {best.first, best.last, twin_[best.first], twin_[best.last]}) take(e);
-    return true;
+    return !best.edges.empty();
   }
 
   std::vector<Edge> edges_;

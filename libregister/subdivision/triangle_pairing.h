@@ -27,8 +27,9 @@ struct TrianglePairing {
 /// V (N x 3), F (M x 3) manifold and consistently oriented; mirror (N) an involution that maps triangles to triangles,
 /// or empty. With a mirror the pairing is symmetric.
 /// wanted_singles >= 0 asks for exactly that many singles: the pairs with the shortest diagonals (relative to their
-/// other edges) are taken apart, or pairs are re-paired along augmenting paths of up to three edges.
-/// The result has as near a number as those moves reach: compare `singles`. O(M log M). Throws InvalidInput.
+/// other edges) are taken apart, or singles are joined along short augmenting paths (fewest re-paired triangles first,
+/// then the longest diagonals). The result has as near a number as those moves reach: compare `singles`. O(M log M).
+/// Throws InvalidInput.
 TrianglePairing pair_triangles(const Vertices& V, const Faces& F, const std::vector<int>& mirror = {},
                                int wanted_singles = -1);
 

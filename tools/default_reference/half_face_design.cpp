@@ -19,13 +19,13 @@ class Designer {
 
   HalfFaceDesign run() {
     const auto upper_midline = curve({"trichion", "metopion", "glabella", "28", "29", "30", "31", "34", "52", "63"},
-                                     {3, 3, 3, 2, 2, 3, 4, 3, 2}, false);
+                                     {3, 3, 3, 2, 2, 3, 4, 4, 2}, false);
     const auto lower_midline = curve({"67", "58", "labiomental", "pogonion", "9", "menton", "submental", "cervical"},
-                                     {3, 2, 2, 3, 1, 2, 3}, false);
+                                     {2, 2, 2, 3, 1, 2, 3}, false);
     const auto upper_slit = slit("63", "64", 1), lower_slit = slit("67", "66", -1);
     const auto rim = rim_curve();
     add_eye();
-    add_mouth();
+    add_mouth(upper_slit, lower_slit);
     d_.brow = curve({"23", "24", "25", "26", "27"}, {2, 2, 2, 1}, true);
     curve({"17", "16", "15", "14", "13", "12", "11", "10", "9"}, {2, 2, 2, 2, 2, 2, 2, 2}, true);
     add_wing();
@@ -168,12 +168,32 @@ class Designer {
     d_.polygons["left_eye"] = upper;
   }
 
-  void add_mouth() {
+  void add_mouth(const std::vector<int>& upper_slit, const std::vector<int>& lower_slit) {
     auto upper = curve({"52", "53", "54", "55"}, {2, 2, 2}, true);
     const auto lower = curve({"58", "57", "56", "55"}, {2, 2, 2}, true);
+    add_lip_row(upper, upper_slit);
+    add_lip_row(lower, lower_slit);
     upper.insert(upper.end(), lower.rbegin() + 1, lower.rend());
     d_.polygons["lips"] = upper;
     segment(landmark("65"), landmark("55"));
+  }
+
+  // A row of vertices on the roll of a lip, half way from its border to the slit; it starts at the midline.
+  void add_lip_row(const std::vector<int>& border, const std::vector<int>& slit) {
+    int last = -1;
+    for (size_t k = 0; k < 5; ++k) {
+      const Vector3d middle = 0.5 * (d_.points[border[k]] + d_.points[slit[k]]);
+      const int next = k ? add_point(front(middle.x(), middle.y()), false) : nearest_midline_point(middle);
+      if (k) segment(last, next);
+      last = next;
+    }
+  }
+
+  int nearest_midline_point(const Vector3d& p) const {
+    int best = -1;
+    for (int v = 0; v < static_cast<int>(d_.points.size()); ++v)
+      if (d_.midline[v] && (best < 0 || (d_.points[v] - p).norm() < (d_.points[best] - p).norm())) best = v;
+    return best;
   }
 
   // The base of the nose and the crease around its wing.
@@ -225,9 +245,9 @@ double wanted_length(const Vector3d& p, const Landmarks& landmarks) {
                                 {"55", 3.8}, {"56", 3.8}, {"58", 3.8}, {"64", 3.4},
                                 {"31", 3.0}, {"36", 3.0}, {"34", 3.2}, {"left_alar_curvature", 3.0},
                                 {"29", 4.2}, {"30", 3.8}, {"24", 6.0}, {"26", 6.0}};
-  double length = 15;
+  double length = 11.5;
   for (const Source& s : sources)
-    length = std::min(length, s.length + 0.28 * (p - landmarks.at(s.name).position).norm());
+    length = std::min(length, s.length + 0.25 * (p - landmarks.at(s.name).position).norm());
   return length;
 }
 
