@@ -66,4 +66,13 @@ AffineCameraResult estimate_affine_camera(const Vertices& X, const Pixels& x) {
   return result;
 }
 
+Eigen::MatrixXd pixel_derivative(const Vertices& X) {
+  Eigen::MatrixXd J = Eigen::MatrixXd::Zero(2 * X.rows(), 8);
+  for (Eigen::Index k = 0; k < X.rows(); ++k) {
+    J.block<1, 4>(2 * k, 0) << X.row(k), 1;
+    J.block<1, 4>(2 * k + 1, 4) << X.row(k), 1;
+  }
+  return J;
+}
+
 }  // namespace facewright

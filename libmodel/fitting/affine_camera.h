@@ -26,4 +26,7 @@ struct AffineCameraResult {
 /// X (K x 3) in mm, x (K x 2) in pixels, K >= 4 and not in a plane; otherwise InvalidInput. O(K).
 AffineCameraResult estimate_affine_camera(const Vertices& X, const Pixels& x);
 
+/// Derivative of the K projected points by the camera's eight entries: (2K x 8).
+Eigen::MatrixXd pixel_derivative(const Vertices& X);
+
 }  // namespace facewright

@@ -58,7 +58,8 @@ class LandmarkFit {
     start_pose(local_.points(c));
     summary.stop = FitStop::iteration_limit;
     while (summary.iterations < options_.iterations) {
-      const Eigen::VectorXd next = fit_shape(local_, seen_, result_.camera, W_, options_.lambda);
+      const Eigen::VectorXd next =
+          fit_shape(local_, seen_, result_.camera, W_, options_.lambda, camera_derivative(local_.points(c)));
       summary.last_change = next.size() > 0 ? (next - c).cwiseAbs().maxCoeff() : 0;
       c = next;
       update_pose(local_.points(c));
@@ -83,6 +84,13 @@ class LandmarkFit {
     result_.camera = start.camera;
     result_.orthographic = nearest_orthographic(start.camera);
     update_pose(X);
+  }
+
+  /// The shape step lets the camera follow to first order: plain turns take hundreds of rounds where a mode of the
+  /// shape looks like a turn of the head.
+  Eigen::MatrixXd camera_derivative(const Vertices& X) const {
+    return options_.camera == CameraKind::orthographic ? pixel_derivative(result_.orthographic, X)
+                                                       : pixel_derivative(X);
   }
 
   void update_pose(const Vertices& X) {

@@ -60,7 +60,8 @@ struct FitResult {
 };
 
 /// Fits pose and shape (and expression, if the model has one) to 2D landmarks, in turns until neither moves: Gold
-/// Standard camera, refinement, closed-form MAP shape [huber2016] [aldrian2013]. The result moves with the image and
+/// Standard camera, refinement, closed-form MAP shape [huber2016] [aldrian2013], the camera following each shape step
+/// to first order, which converges in a few rounds where plain turns take hundreds. The result moves with the image and
 /// does not depend on its scale unless sigma_px is set. Throws InvalidInput when fewer than 4 landmarks are known to
 /// the model, or they lie in a plane. Under a millisecond for 68 landmarks and 60 modes.
 FitResult fit_landmarks(const MorphableModel& model, const ImageLandmarks& landmarks, const FitOptions& options = {},

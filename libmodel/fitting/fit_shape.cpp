@@ -48,15 +48,24 @@ LandmarkShapeModel landmark_shape_model(const std::vector<Observation>& seen, co
 }
 
 Eigen::VectorXd fit_shape(const LandmarkShapeModel& model, const std::vector<Observation>& seen,
-                          const AffineCamera& camera, const std::vector<Information>& W, double lambda) {
+                          const AffineCamera& camera, const std::vector<Information>& W, double lambda,
+                          const Eigen::MatrixXd& nuisance) {
   if (!(lambda >= 0)) throw InvalidInput("fit_shape: expected lambda >= 0");
   const auto K = static_cast<Eigen::Index>(seen.size());
   Eigen::MatrixXd J(2 * K, model.basis.cols());
   Eigen::VectorXd r(2 * K);
+  Eigen::MatrixXd N(2 * K, nuisance.cols());
   for (Eigen::Index k = 0; k < K; ++k) {
     const Eigen::Matrix2d root = square_root(W[static_cast<size_t>(k)]);
     J.middleRows<2>(2 * k) = root * camera.A * model.basis.middleRows<3>(3 * k);
     r.segment<2>(2 * k) = root * (seen[static_cast<size_t>(k)].pixel - camera.project(model.mean.segment<3>(3 * k)));
+    if (N.cols() > 0) N.middleRows<2>(2 * k) = root * nuisance.middleRows<2>(2 * k);
+  }
+  if (N.cols() > 0) {
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(N);
+    const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(N.rows(), qr.rank());
+    J -= Q * (Q.transpose() * J);
+    r -= Q * (Q.transpose() * r);
   }
   if (lambda == 0) return Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(J).solve(r);
   Eigen::MatrixXd H = J.transpose() * J;

@@ -23,8 +23,11 @@ LandmarkShapeModel landmark_shape_model(const std::vector<Observation>& seen, co
 /// Maximum a posteriori coefficients under a fixed camera, in closed form:
 ///   argmin_c sum_k r_k^T W_k r_k + lambda |c|^2,  r_k = x_k - (A (mean_k + basis_k c) + b).
 /// With W the landmarks' inverse covariances, lambda = 1 is the calibrated posterior [aldrian2013]; lambda = 0 is least
-/// squares, of least norm where it is not unique. O(K M^2). Throws InvalidInput for lambda < 0.
+/// squares, of least norm where it is not unique. Residuals that the columns of `nuisance` (2K x P, derivative of the
+/// pixels by the camera's parameters) explain do not count: the shape that is best when the camera may follow to first
+/// order (variable projection, [golub2003]). O(K M^2). Throws InvalidInput for lambda < 0.
 Eigen::VectorXd fit_shape(const LandmarkShapeModel& model, const std::vector<Observation>& seen,
-                          const AffineCamera& camera, const std::vector<Information>& W, double lambda);
+                          const AffineCamera& camera, const std::vector<Information>& W, double lambda,
+                          const Eigen::MatrixXd& nuisance = {});
 
 }  // namespace facewright

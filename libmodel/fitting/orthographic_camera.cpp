@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 
 #include "libmodel/core/errors.h"
@@ -50,6 +51,13 @@ OrthographicCamera nearest_orthographic(const AffineCamera& camera) {
   Eigen::Matrix3d M;
   M << r1.transpose() / l1, r2.transpose() / l2, (r1 / l1).cross(r2 / l2).transpose();
   return {(l1 + l2) / 2, nearest_rotation(M), camera.b};
+}
+
+Eigen::MatrixXd pixel_derivative(const OrthographicCamera& camera, const Vertices& X) {
+  Eigen::MatrixXd J(2 * X.rows(), 6);
+  for (Eigen::Index k = 0; k < X.rows(); ++k)
+    J.middleRows<2>(2 * k) = jacobian(camera, camera.R * X.row(k).transpose());
+  return J;
 }
 
 OrthographicResult refine_orthographic(const OrthographicCamera& start, const Vertices& X, const Pixels& x,

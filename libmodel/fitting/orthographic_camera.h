@@ -33,4 +33,7 @@ struct OrthographicResult {
 OrthographicResult refine_orthographic(const OrthographicCamera& start, const Vertices& X, const Pixels& x,
                                        const std::vector<Information>& W, const OrthographicOptions& options = {});
 
+/// Derivative of the K projected points by rotation vector (camera axes), log scale and shift: (2K x 6).
+Eigen::MatrixXd pixel_derivative(const OrthographicCamera& camera, const Vertices& X);
+
 }  // namespace facewright
