@@ -108,11 +108,12 @@ Vector3d SkinPainter::State::add_hair(const Vector3d& c, const Vector3d& p) cons
   const double top =
       smooth_step(-2.5, 2.5, y - hairline + (cloud(p, 7, a.seed + 23) - 0.5) * 6 + 30 * smooth_step(22, -14, z));
   const double side = smooth_step(12, -4, z - 0.20 * (y - 20) + (cloud(p, 6, a.seed + 29) - 0.5) * 6) *
-                      smooth_step(2, 16, y + 0.5 * std::max(0.0, -z - 30));
+                      smooth_step(-2, 22, y + 0.5 * std::max(0.0, -z - 30));
   const double burn =
       smooth_step(-18, -24, z) * smooth_step(-44, -34, z) * smooth_step(-16, -4, y) * smooth_step(60, 64, x);
-  const double nape = smooth_step(-72, -80, z) * smooth_step(-74, -60, y);
-  const double ear = smooth_step(69, 73, x) * smooth_step(-36, -41, z) * smooth_step(25, 17, y);
+  const double nape = smooth_step(-66, -92, z + 0.35 * (y + 40)) * smooth_step(-76, -58, y);
+  const bool near_ear = x > 60 && z < -30 && z > -100 && y > -60 && y < 34;
+  const double ear = near_ear ? smooth_step(3.0, 0.8, mean_head::ear_distance(p)) : 0;
   const double cover = std::max(std::max(top, side), std::max(burn, nape)) * (1 - ear);
   const double strands = 0.55 + 0.45 * lattice_noise({p.x() / 1.2, y / 4.0, z / 1.6}, a.seed + 31);
   return mix(c, a.hair * (0.6 + 0.8 * strands), a.scalp_hair * cover * (0.75 + 0.25 * strands));

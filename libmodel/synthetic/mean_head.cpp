@@ -110,7 +110,7 @@ void mark_nose(Marker& mark) {
   mark.midline("28", {0, 3, 53});
   mark.midline("29", {0, -9, 58});
   mark.midline("30", {0, -21, 66});
-  mark.midline("31", {0, -35, 76});
+  mark.midline("31", {0, -36, 75.5});
   mark.midline("34", {0, -47.5, 61});
   mark.pair(35, 33, project_to_mean_head({6.3, -46.5, 59.5}));
   mark.pair(36, 32, project_to_mean_head({13, -45.5, 55}));
@@ -153,7 +153,7 @@ void mark_extras(Marker& mark) {
   mark.sides("alare", project_to_mean_head({18, -40, 56}));
   mark.sides("tip", project_to_mean_head({8, -36, 73}));
   mark.sides("nasal_wall", front(9, -14));
-  mark.sides("philtrum", front(0.5, -54));
+  mark.midline("philtrum", {0, -54, 62});
   mark.sides("neck", project_to_mean_head({55, -128, -60}));
   mark.sides("superaurale", project_to_mean_head({80, 18, -62}));
   mark.sides("subaurale", project_to_mean_head({74, -43, -52}));

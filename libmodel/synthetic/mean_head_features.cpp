@@ -92,7 +92,7 @@ namespace {
 /// The nasal pyramid from nasion to the lobule: a parabolic section whose ridge, width and foot run along y.
 double nasal_pyramid(const Vector3d& q) {
   const double s = std::clamp((6 - q.y()) / 42, -0.4, 1.3);  // 0 at the nasion, 1 at the tip
-  const double ridge = 51.8 + 16.6 * s + 7.8 * s * s, foot = 43 + 2.5 * s + 5.0 * s * s;
+  const double ridge = 51.8 + 18.6 * s + 4.9 * s * s, foot = 43 + 2.5 * s + 5.0 * s * s;
   const double width = 8.6 + 5.2 * s + 2.6 * s * s, u = q.x() / width, height = ridge - foot;
   const double z = foot + height * (1 - u * u), slope = 2 * height * u / width;
   return (q.z() - z) / std::sqrt(1.4 + slope * slope);
@@ -102,11 +102,11 @@ double nasal_pyramid(const Vector3d& q) {
 double add_nose(double d, const Vector3d& p) {
   const Vector3d q{std::abs(p.x()), p.y(), p.z()};
   if (q.x() > 36 || q.y() > 34 || q.y() < -66 || q.z() < 24) return d;
-  const double pyramid = smooth_max(smooth_max(nasal_pyramid(q), -34 - q.y(), 5), q.y() - 18, 8);
+  const double pyramid = smooth_max(smooth_max(nasal_pyramid(q), -37.5 - q.y(), 5), q.y() - 18, 8);
   d = smooth_min(d, pyramid, 7);
   double lobule = ellipsoid(q, {0, -37.2, 60}, {12.0, 8.6, 11.5});
-  double tip = ellipsoid(q, {0, -35.6, 65.6}, {8.8, 9.2, 9.6});
-  tip = smooth_min(tip, ellipsoid(q, {3.2, -35.2, 68.9}, {5.2, 6.0, 5.9}), 4);
+  double tip = ellipsoid(q, {0, -36.2, 65.2}, {8.6, 9.0, 9.6});
+  tip = smooth_min(tip, ellipsoid(q, {3.0, -36.0, 68.5}, {5.2, 6.2, 6.0}), 4);
   lobule = smooth_min(lobule, tip, 4);
   d = smooth_min(d, lobule, 5);
   d = smooth_min(d, tapered_capsule(q, {0, -40.5, 68.5}, {0, -46, 58.5}, 3.5, 4.2), 4);  // columella
@@ -157,26 +157,29 @@ double add_mouth(double d, const Vector3d& p) {
   return d - mask * h;
 }
 
-double add_ear(double d, const Vector3d& p) {
+double ear_distance(const Vector3d& p) {
   const Vector3d q{std::abs(p.x()), p.y(), p.z()};
-  if (q.x() < 52 || q.y() < -62 || q.y() > 36 || q.z() > -20 || q.z() < -105) return d;
   // ear frame: a backwards along the width, b up along the length (leaning back), c outwards
-  const Vector3d up = Vector3d{0.08, 0.965, -0.25}.normalized();
-  const Vector3d back = (Vector3d{0.42, 0, -0.91} - Vector3d{0.42, 0, -0.91}.dot(up) * up).normalized();
-  const Vector3d out = up.cross(back) * -1;
+  const Vector3d up = Vector3d{0.08, 0.965, -0.25}.normalized(), along{0.42, 0, -0.91};
+  const Vector3d back = (along - along.dot(up) * up).normalized(), out = back.cross(up);
   const Vector3d r = q - Vector3d{73.5, -13, -57};
   const double a = r.dot(back), b = r.dot(up), c = r.dot(out);
-  const double width = b > 0 ? 16.5 : 16.5 + 0.10 * b;  // narrows to the lobe
-  const double rho = std::hypot(a / width, b / 30.5), angle = std::atan2(b / 30.5, a / width);
+  const double width = b > 0 ? 16.0 : 16.0 + 0.04 * b;  // narrows to the lobe
+  const double rho = std::hypot(a / width, b / 29.5), angle = std::atan2(b / 29.5, a / width);
   // height of the outer face: rolled helix, antihelix, bowl, flat lobe
   const double rim = smooth_step(-1.35, -0.8, angle) * smooth_step(3.3, 2.6, angle);
   const double inner = smooth_step(-1.7, -1.0, angle) * smooth_step(2.0, 1.2, angle);
   double h = 1.2 + 2.6 * rim * gauss((rho - 0.90) / 0.12) + 2.6 * inner * gauss((rho - 0.56) / 0.15);
   h -= 5.5 * gauss(std::hypot((a + 4.0) / 7.5, (b + 4.5) / 10.0));
-  double ear = smooth_max((rho - 1) * 16, std::abs(c - 0.5 * h + 1.2) - 0.5 * h - 1.5, 2.0) * 0.85;
-  ear = smooth_min(ear, ellipsoid(q, {68.5, -12, -56}, {7, 19, 8}), 4);
-  d = smooth_min(d, ear, 4);
-  return smooth_min(d, ellipsoid(q, {69.0, -16, -45.0}, {3.2, 5.0, 4.5}), 7);
+  return smooth_max((rho - 1) * 16, std::abs(c - 0.5 * h + 1.2) - 0.5 * h - 1.5, 2.0) * 0.85;
+}
+
+double add_ear(double d, const Vector3d& p) {
+  const Vector3d q{std::abs(p.x()), p.y(), p.z()};
+  if (q.x() < 52 || q.y() < -62 || q.y() > 36 || q.z() > -20 || q.z() < -105) return d;
+  const double root = ellipsoid(q, {68.5, -12, -56}, {7, 19, 8}),
+               tragus = ellipsoid(q, {69.0, -16, -45.0}, {3.2, 5.0, 4.5});
+  return smooth_min(smooth_min(d, smooth_min(ear_distance(q), root, 4), 4), tragus, 7);
 }
 
 }  // namespace facewright::mean_head

@@ -72,5 +72,7 @@ double add_eyes(double d, const Vector3d& p);
 double add_nose(double d, const Vector3d& p);
 double add_mouth(double d, const Vector3d& p);
 double add_ear(double d, const Vector3d& p);
+/// The outer ear alone, without its root.
+double ear_distance(const Vector3d& p);
 
 }  // namespace facewright::mean_head

@@ -85,8 +85,8 @@ class PersonalFields {
  public:
   explicit PersonalFields(const SyntheticPerson& person)
       : random_(person.field_seed), individuality_(person.individuality), asymmetry_(person.asymmetry) {
-    for (int k = 0; k < 3; ++k) symmetric_.emplace_back(random_, 32.0, 80.0, 20);
-    for (int k = 0; k < 3; ++k) free_.emplace_back(random_, 60.0, 160.0, 12);
+    for (int k = 0; k < 3; ++k) symmetric_.emplace_back(random_, 32.0, 80.0, 12);
+    for (int k = 0; k < 3; ++k) free_.emplace_back(random_, 60.0, 160.0, 8);
   }
   Vector3d operator()(const Vector3d& p) const {
     Vector3d d = Vector3d::Zero();
