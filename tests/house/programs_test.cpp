@@ -2,7 +2,10 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "tests/support/temporary_directory.h"
 
