@@ -42,11 +42,13 @@ TEST_P(EveryProgram, TellsItsVersion) {
 
 TEST_P(EveryProgram, RefusesUnknownOptionsAsWrongUsage) { EXPECT_EQ(run("--no-such-option").exit_code, 2); }
 
-INSTANTIATE_TEST_SUITE_P(Programs, EveryProgram, ::testing::ValuesIn(programs()), [](const auto& info) {
-  std::string name = info.param;
+std::string test_name(const ::testing::TestParamInfo<std::string>& program) {
+  std::string name = program.param;
   std::replace(name.begin(), name.end(), '-', '_');
   return name;
-});
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, EveryProgram, ::testing::ValuesIn(programs()), test_name);
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(EveryProgram);
 
 }  // namespace
