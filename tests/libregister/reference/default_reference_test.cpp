@@ -7,6 +7,7 @@
 #include <set>
 
 #include "libmodel/core/topology.h"
+#include "libmodel/synthetic/mean_head.h"
 #include "libregister/reference/reference_face.h"
 
 namespace facewright {
@@ -146,6 +147,20 @@ TEST(DefaultReference, BaseMeshIsGradedAndItsValencesAreLow) {
       EXPECT_LT(mean_edge(fine), 0.8 * mean_edge(coarse)) << fine << ' ' << coarse;
 }
 
+// Fails when the mean head has changed: then run make-default-reference again (docs/reference.md).
+TEST(DefaultReference, LiesOnTheMeanHeadWithItsLandmarksInPlace) {
+  const auto& t = reference();
+  const Landmarks truth = mean_head_landmarks();
+  for (const auto& [name, mark] : t.landmarks)
+    EXPECT_LT((t.V.row(mark.vertex).transpose() - truth.at(name).position).norm(), 0.3) << name;
+  const auto& nostrils = t.regions.at("nostrils");
+  for (int v = 0; v < t.base_count(); ++v)
+    if (!std::binary_search(nostrils.begin(), nostrils.end(), v)) {
+      const double d = mean_head_distance(t.V.row(v).transpose());
+      EXPECT_LT(std::abs(d), 1.5) << t.V.row(v);
+    }
+}
+
 TEST(DefaultReference, RegionsAreSymmetricAndWhereTheyShouldBe) {
   const auto& t = reference();
   for (const char* name : {"left_eye", "right_eye", "left_brow", "nose", "nostrils", "lips", "mouth_slit", "rim"})
@@ -159,8 +174,7 @@ TEST(DefaultReference, RegionsAreSymmetricAndWhereTheyShouldBe) {
   const auto& lips = t.regions.at("lips");
   for (const int v : t.regions.at("mouth_slit")) EXPECT_TRUE(std::binary_search(lips.begin(), lips.end(), v));
   const auto on_border = boundary_vertices(t.V.rows(), t.levels.back().F);
-  for (const int v : t.regions.at("rim"))
-    EXPECT_TRUE(v >= t.base_count() || on_border[v]);
+  for (const int v : t.regions.at("rim")) EXPECT_TRUE(v >= t.base_count() || on_border[v]);
 }
 
 }  // namespace

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "libregister/intake/scan.h"
+#include "libregister/registration/register_scan.h"
+
+namespace facewright {
+
+/// Everything `build-model` can be told.
+struct BuildPipelineOptions {
+  std::filesystem::path scans;   ///< folder of scans with their landmarks
+  std::filesystem::path output;  ///< folder to make; see docs/file-formats.md for what it will hold
+  int jobs = 0;                  ///< scans registered at once, 0 = all cores; does not change a byte
+  std::uint64_t seed = 1;        ///< of the pictures' random faces
+  bool resume = false;           ///< keep scans whose inputs and options are unchanged since an earlier run
+  ScanOptions scan;
+  RegisterOptions registration;
+  std::filesystem::path reference;                 ///< a user's reference mesh, or empty: the built-in face
+  std::filesystem::path reference_landmarks;       ///< landmarks of that mesh
+  std::vector<int> levels = {3448, 16759, 29587};  ///< vertex budgets of the model's levels
+  double variance_share = 0.99;                    ///< of shape and colour kept in the model [huber2016]
+  int least_scans = 3;                             ///< fewer registered scans than this make no model
+};
+
+}  // namespace facewright

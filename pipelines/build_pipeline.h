@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libmodel/core/progress.h"
+#include "libmodel/core/registered_set.h"
+#include "pipelines/build_options.h"
+
+namespace facewright {
+
+/// How one scan fared.
+struct ScanOutcome {
+  std::string id;
+  bool registered = false;
+  bool kept = false;   ///< unchanged since an earlier run
+  std::string reason;  ///< why not, and what to do
+  std::string landmark_source;
+  RegisterSummary summary;  ///< of registered scans made in this run
+  double seconds = 0;
+};
+
+struct BuildPipelineSummary {
+  std::vector<ScanOutcome> scans;  ///< in order of id
+  int registered = 0, failed = 0;
+  int shape_modes = 0, colour_modes = 0;
+  std::vector<int> level_vertices;
+  std::vector<std::pair<std::string, double>> seconds;  ///< per stage, in order
+};
+
+/// A folder of scans to a model with its levels, exports and report, as `build-model` does it. A scan that cannot be
+/// used ends in OUT/problematic/ID.txt with the reason and the others go on. Throws InvalidInput when too few are left,
+/// IoError when the output cannot be written.
+BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const Progress& progress = {});
+
+}  // namespace facewright

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace facewright {
+
+/// Names of what `build-model` leaves; scripts rely on them.
+struct OutputTree {
+  std::filesystem::path root;
+
+  std::filesystem::path model() const { return root / "model.h5"; }
+  std::filesystem::path registered(const std::string& id) const { return root / "registered" / (id + ".ply"); }
+  std::filesystem::path landmark_vertices() const { return root / "registered" / "landmark_vertices.json"; }
+  std::filesystem::path scan_report(const std::string& id) const { return root / "scans" / (id + ".json"); }
+  /// One character per vertex of the finest level: m matched, r mirrored, i interpolated, f free.
+  std::filesystem::path scan_origins(const std::string& id) const { return root / "scans" / (id + ".origins"); }
+  std::filesystem::path problem(const std::string& id) const { return root / "problematic" / (id + ".txt"); }
+  std::filesystem::path level(int vertices) const { return root / "levels" / std::to_string(vertices); }
+  std::filesystem::path exports() const { return root / "export"; }
+  std::filesystem::path report() const { return root / "report"; }
+  std::filesystem::path build_json() const { return root / "build.json"; }
+};
+
+}  // namespace facewright

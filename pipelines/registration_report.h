@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libregister/intake/scan.h"
+#include "libregister/registration/register_scan.h"
+
+namespace facewright {
+
+/// How a scan's registration went, as JSON text (the layout of OUT/scans/ID.json, docs/file-formats.md).
+std::string describe_registration(const Scan& scan, const RegisterSummary& summary);
+
+/// The registered mesh on the finest level with the scan's colours, if it has any.
+Mesh coloured_registration(const Scan& scan, const RegistrationResult& result, const Faces& F);
+
+/// One letter per vertex: m matched, r mirrored, i interpolated, f free.
+std::string origin_letters(const std::vector<MatchOrigin>& origins);
+
+}  // namespace facewright
