@@ -27,7 +27,7 @@ struct Settings {
   int texture_size = 1024;
   bool truth = true;
   DrawOptions draw;
-  ScanOptions scan;
+  ScannerOptions scan;
 };
 
 std::string scan_id(int index) {

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 
 constexpr double axis_z = -25;
 
-void check(const ScanOptions& o) {
+void check(const ScannerOptions& o) {
   const auto within = [](double x, double lo, double hi, const char* name) {
     if (!(x >= lo && x <= hi))
       throw InvalidInput("scan_person: " + std::string(name) + " must be " + std::to_string(lo) + " .. " +
@@ -61,7 +61,7 @@ void drop_grazing(Draft& d, double spacing) {
 }
 
 /// The border wanders by some millimetres.
-void fray_border(Draft& d, const ScanOptions& o, const Landmarks& marks, Random& random) {
+void fray_border(Draft& d, const ScannerOptions& o, const Landmarks& marks, Random& random) {
   const SmoothField coarse(random, 25, 70), fine(random, 5, 14);
   const double half_angle = o.field_of_view_deg * std::numbers::pi / 180;
   const double bottom = marks.at("menton").position.y() - random.uniform(14, 26);
@@ -77,7 +77,7 @@ void fray_border(Draft& d, const ScanOptions& o, const Landmarks& marks, Random&
   }
 }
 
-void punch_holes(Draft& d, const ScanOptions& o, Random& random) {
+void punch_holes(Draft& d, const ScannerOptions& o, Random& random) {
   if (d.V.rows() == 0) return;
   for (int h = 0; h < o.holes; ++h) {
     const Vector3d centre = d.V.row(random.index(static_cast<int>(d.V.rows()))).transpose();
@@ -156,7 +156,7 @@ Vertices vertex_normals(const Mesh& mesh) {
 }
 
 /// Range noise and spikes along the normals; a little noise in the colours too.
-void disturb(SyntheticScan& scan, const ScanOptions& o, Random& random) {
+void disturb(SyntheticScan& scan, const ScannerOptions& o, Random& random) {
   const SmoothField correlated(random, 7, 14);
   const Vertices N = vertex_normals(scan.mesh);
   scan.spike.assign(static_cast<size_t>(scan.mesh.V.rows()), false);
@@ -174,7 +174,7 @@ void disturb(SyntheticScan& scan, const ScanOptions& o, Random& random) {
   }
 }
 
-Similarity draw_pose(const ScanOptions& o, Random& random) {
+Similarity draw_pose(const ScannerOptions& o, Random& random) {
   Similarity pose;
   const Vector3d axis = Vector3d{random.normal(), random.normal(), random.normal()}.normalized();
   const double angle = random.uniform() * o.pose_deg * std::numbers::pi / 180;
@@ -186,7 +186,7 @@ Similarity draw_pose(const ScanOptions& o, Random& random) {
   return pose;
 }
 
-Landmarks mark(const Landmarks& truth, const ScanOptions& o, Random& random) {
+Landmarks mark(const Landmarks& truth, const ScannerOptions& o, Random& random) {
   Landmarks marks;
   for (const auto& [name, landmark] : truth) {
     const Vector3d error =
@@ -200,7 +200,7 @@ Landmarks mark(const Landmarks& truth, const ScanOptions& o, Random& random) {
 }  // namespace
 
 SyntheticScan scan_person(const ParametricFace& face, const SyntheticPerson& person, std::uint64_t seed,
-                          std::uint64_t index, const ScanOptions& o) {
+                          std::uint64_t index, const ScannerOptions& o) {
   check(o);
   Random random = Random::stream(seed ^ 0x7363616eULL, index);
   SyntheticScan scan;

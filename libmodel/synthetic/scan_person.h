@@ -15,7 +15,7 @@
 namespace facewright {
 
 /// What the simulated range scanner does wrong. Defaults are those of a good stereo scanner.
-struct ScanOptions {
+struct ScannerOptions {
   double spacing = 1.3;           ///< mm between samples, 0.5 .. 10
   double noise = 0.15;            ///< mm along the normal, white; half as much again is correlated over 10 mm; 0 .. 5
   double spikes = 0.001;          ///< share of vertices thrown 4 .. 20 mm off, 0 .. 0.2
@@ -42,7 +42,7 @@ struct SyntheticScan {
 /// the outermost surface; grazed and occluded parts are gaps, the border is ragged, small islands are dropped.
 /// Deterministic in (face, person, seed, index, options). About 0.5 s. Throws InvalidInput for options out of range.
 SyntheticScan scan_person(const ParametricFace& face, const SyntheticPerson& person, std::uint64_t seed,
-                          std::uint64_t index, const ScanOptions& options = {});
+                          std::uint64_t index, const ScannerOptions& options = {});
 
 /// The colours of a scan as a texture for its uv (bottom-up v): sharper than the colours at its vertices. A second for
 /// 1024 x 1024. Throws InvalidInput for a size outside 64 .. 8192 pixels.

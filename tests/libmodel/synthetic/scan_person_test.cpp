@@ -35,7 +35,7 @@ TEST(ScanPerson, PerfectScanLiesOnTheTruthAtTheStatedPlaces) {
 }
 
 TEST(ScanPerson, TruthHoldsInEveryPoseAndUnit) {
-  ScanOptions o = perfect_scanner();
+  ScannerOptions o = perfect_scanner();
   o.pose_deg = 30;
   o.unit = 0.1;
   const SyntheticScan scan = scan_person(shared_face(), someone(), 1, 0, o);
@@ -78,7 +78,7 @@ TEST(ScanPerson, TriangulationIsItsOwn) {
 }
 
 TEST(ScanPerson, SpacingSetsTheDensity) {
-  ScanOptions fine = perfect_scanner(), coarse = perfect_scanner();
+  ScannerOptions fine = perfect_scanner(), coarse = perfect_scanner();
   coarse.spacing = 2 * fine.spacing;
   const double ratio = static_cast<double>(scan_person(shared_face(), someone(), 1, 0, fine).mesh.V.rows()) /
                        static_cast<double>(scan_person(shared_face(), someone(), 1, 0, coarse).mesh.V.rows());
@@ -86,7 +86,7 @@ TEST(ScanPerson, SpacingSetsTheDensity) {
 }
 
 TEST(ScanPerson, NoiseSpikesHolesAndMissingLandmarksComeAsOrdered) {
-  ScanOptions o = perfect_scanner();
+  ScannerOptions o = perfect_scanner();
   o.noise = 0.3;
   const Eigen::VectorXd d = offsets(scan_person(shared_face(), someone(), 1, 0, o));
   EXPECT_NEAR(std::sqrt(d.squaredNorm() / static_cast<double>(d.size())), 0.3 * std::sqrt(1.25), 0.05);
@@ -125,7 +125,7 @@ TEST(ScanPerson, IsReproducible) {
 }
 
 TEST(ScanPerson, TextureShowsTheColoursOfTheVertices) {
-  ScanOptions o = perfect_scanner();
+  ScannerOptions o = perfect_scanner();
   o.spacing = 3;
   const SyntheticScan scan = scan_person(shared_face(), someone(), 1, 0, o);
   const Image image = paint_texture(shared_face(), someone(), scan, 512);
@@ -141,16 +141,16 @@ TEST(ScanPerson, TextureShowsTheColoursOfTheVertices) {
 
 TEST(ScanPerson, RefusesOptionsOutOfRange) {
   const auto refuses = [](auto set) {
-    ScanOptions o;
+    ScannerOptions o;
     set(o);
     EXPECT_THROW(scan_person(shared_face(), someone(), 1, 0, o), InvalidInput);
   };
-  refuses([](ScanOptions& o) { o.spacing = 0; });
-  refuses([](ScanOptions& o) { o.noise = -1; });
-  refuses([](ScanOptions& o) { o.spikes = 0.9; });
-  refuses([](ScanOptions& o) { o.holes = -3; });
-  refuses([](ScanOptions& o) { o.unit = 0; });
-  refuses([](ScanOptions& o) { o.landmark_noise = std::nan(""); });
+  refuses([](ScannerOptions& o) { o.spacing = 0; });
+  refuses([](ScannerOptions& o) { o.noise = -1; });
+  refuses([](ScannerOptions& o) { o.spikes = 0.9; });
+  refuses([](ScannerOptions& o) { o.holes = -3; });
+  refuses([](ScannerOptions& o) { o.unit = 0; });
+  refuses([](ScannerOptions& o) { o.landmark_noise = std::nan(""); });
 }
 
 }  // namespace

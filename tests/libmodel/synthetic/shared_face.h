@@ -21,8 +21,8 @@ inline Eigen::Vector3d facet_normal(const Vertices& V, const Faces& F, Eigen::In
 }
 
 /// A scanner without any fault, looking straight ahead.
-inline ScanOptions perfect_scanner() {
-  ScanOptions o;
+inline ScannerOptions perfect_scanner() {
+  ScannerOptions o;
   o.noise = o.spikes = o.pose_deg = o.landmark_noise = 0;
   o.holes = 0;
   return o;
