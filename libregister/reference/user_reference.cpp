@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facewright: multi-resolution 3D morphable face models.
-#include "libregister/reference/reference_face.h"
-
 #include <algorithm>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/core/topology.h"
 #include "libmodel/surface/nearest.h"
+#include "libregister/reference/reference_face.h"
 
 namespace facewright {
 namespace {

@@ -24,10 +24,10 @@ std::vector<Vector2d> outline_in_chart(const HalfFaceDesign& d) {
   return q;
 }
 
-std::vector<Vector3d> candidates(const std::vector<Vector2d>& polygon, int count) {
+std::vector<Vector3d> candidates(const std::vector<Vector2d>& polygon, int count, std::uint64_t seed) {
   Eigen::AlignedBox2d box;
   for (const auto& q : polygon) box.extend(q);
-  Random random(845);
+  Random random(seed);
   std::vector<Vector3d> result;
   while (static_cast<int>(result.size()) < count) {
     const double x = random.uniform(box.min().x(), box.max().x()), y = random.uniform(box.min().y(), box.max().y());
@@ -37,8 +37,9 @@ std::vector<Vector3d> candidates(const std::vector<Vector2d>& polygon, int count
 }
 
 // Farthest-point sampling in units of the wanted length; curves keep free points off.
-void add_free_points(HalfFaceMesh& mesh, const HalfFaceDesign& design, int count, const WantedLength& wanted) {
-  const auto samples = candidates(outline_in_chart(design), 12000);
+void add_free_points(HalfFaceMesh& mesh, const HalfFaceDesign& design, int count, const WantedLength& wanted,
+                     std::uint64_t seed) {
+  const auto samples = candidates(outline_in_chart(design), 12000, seed);
   std::vector<double> length, room(samples.size(), std::numeric_limits<double>::max());
   for (const auto& p : samples) length.push_back(wanted(p));
   const auto occupy = [&](const Vector3d& p, double share) {
@@ -97,12 +98,13 @@ bool inside(const Vector2d& q, const std::vector<Vector2d>& polygon) {
   return result;
 }
 
-HalfFaceMesh mesh_half_face(const HalfFaceDesign& design, int point_count, const WantedLength& wanted) {
+HalfFaceMesh mesh_half_face(const HalfFaceDesign& design, int point_count, const WantedLength& wanted,
+                            std::uint64_t seed) {
   HalfFaceMesh mesh{design.points, design.midline, design.pinned, {}};
   const int used = static_cast<int>(mesh.points.size());
   if (used > point_count)
     throw InvalidInput("make-default-reference: the design alone has " + std::to_string(used) + " points");
-  add_free_points(mesh, design, point_count, wanted);
+  add_free_points(mesh, design, point_count, wanted, seed);
   triangulate(mesh, design);
   relax(mesh, design, wanted);
   return mesh;

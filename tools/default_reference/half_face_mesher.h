@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -18,9 +19,11 @@ struct HalfFaceMesh {
 
 using WantedLength = std::function<double(const Vector3d&)>;
 
-/// Adds free points, graded by the wanted length, up to point_count; constrained Delaunay triangles between them; then
-/// evens the mesh out on the surface (relaxation, edge flips, and a search for better worst triangles).
-HalfFaceMesh mesh_half_face(const HalfFaceDesign& design, int point_count, const WantedLength& wanted);
+/// Adds free points, graded by the wanted length, up to point_count (another seed, other points); constrained Delaunay
+/// triangles between them; then evens the mesh out on the surface (relaxation, edge flips, and a search for better
+/// worst triangles).
+HalfFaceMesh mesh_half_face(const HalfFaceDesign& design, int point_count, const WantedLength& wanted,
+                            std::uint64_t seed);
 
 /// Is q inside the closed polygon?
 bool inside(const Vector2d& q, const std::vector<Vector2d>& polygon);
