@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <string>
+
+#include "libmodel/model/morphable_model.h"
+
+namespace facewright {
+
+/// A model of one level as an eos .bin file: class version 4 (with expressions as PCA, and landmarks), or 1 (shape,
+/// colour and texture coordinates only, what the Surrey face models use). float32; v runs down in eos. Throws
+/// InvalidInput for a model of several levels or another version.
+std::string eos_model_bytes(const MorphableModel& model, int version = 4);
+
+}  // namespace facewright

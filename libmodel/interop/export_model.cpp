@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libmodel/interop/export_model.h"
+
+#include <algorithm>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/interop/eos_model.h"
+#include "libmodel/interop/gltf.h"
+#include "libmodel/interop/npz.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/io/mesh_files.h"
+#include "libmodel/model/model_file.h"
+
+namespace facewright {
+
+const std::vector<std::string>& export_format_names() {
+  static const std::vector<std::string> names = {"obj", "ply", "eos", "npz", "statismo", "glb"};  // as ExportFormat
+  return names;
+}
+
+ExportFormat export_format(const std::string& name) {
+  const auto& names = export_format_names();
+  const auto entry = std::find(names.begin(), names.end(), name);
+  if (entry == names.end())
+    throw InvalidInput("export: '" + name + "' is no format; there are obj, ply, eos, npz, statismo, glb");
+  return static_cast<ExportFormat>(entry - names.begin());
+}
+
+MorphableModel orthonormalised(const MorphableModel& model) {
+  MorphableModelParts parts = model.parts();
+  parts.shape = parts.shape.orthonormalised();
+  if (!parts.colour.empty()) parts.colour = parts.colour.orthonormalised();
+  if (parts.expression) parts.expression = parts.expression->orthonormalised();
+  return MorphableModel(std::move(parts));
+}
+
+void export_model(const std::filesystem::path& path, const MorphableModel& model, int level, ExportFormat format,
+                  const ExportOptions& options) {
+  if (format == ExportFormat::obj) return write_obj(path, model.mean(level));
+  if (format == ExportFormat::ply) return write_ply(path, model.mean(level));
+  MorphableModel part = model.level(level);
+  if (format == ExportFormat::glb) return write_file(path, glb_bytes(part, options.morph_targets));
+  if (options.basis == ExportBasis::orthonormal) part = orthonormalised(part);
+  if (format == ExportFormat::eos) return write_file(path, eos_model_bytes(part, options.eos_version));
+  if (format == ExportFormat::npz) return write_file(path, npz_bytes(part));
+  save_model(path, part);
+}
+
+}  // namespace facewright

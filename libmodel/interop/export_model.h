@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "libmodel/model/morphable_model.h"
+
+namespace facewright {
+
+enum class ExportFormat { obj, ply, eos, npz, statismo, glb };
+
+/// What happens to the basis of a level coarser than the finest, whose rows are not orthonormal.
+enum class ExportBasis {
+  orthonormal,  ///< made orthonormal, as the formats promise: the same faces with the same likelihood, other
+                ///< coefficients
+  shared        ///< left as it is: coefficients mean the same face at every level, but columns are not orthonormal
+};
+
+struct ExportOptions {
+  ExportBasis basis = ExportBasis::orthonormal;  ///< eos, npz, statismo
+  int eos_version = 4;                           ///< 1 or 4
+  int morph_targets = 20;                        ///< glb: leading shape modes, one standard deviation each
+};
+
+/// Names of the formats: "obj", "ply" (the mean), "eos", "npz", "statismo" (the model), "glb" (mean and morph targets).
+/// Throws InvalidInput for another name.
+ExportFormat export_format(const std::string& name);
+const std::vector<std::string>& export_format_names();
+
+/// Writes one level of a model for other programs, atomically.
+void export_model(const std::filesystem::path& path, const MorphableModel& model, int level, ExportFormat format,
+                  const ExportOptions& options = {});
+
+/// The same model with every basis orthonormal.
+MorphableModel orthonormalised(const MorphableModel& model);
+
+}  // namespace facewright
