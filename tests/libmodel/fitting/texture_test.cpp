@@ -37,12 +37,13 @@ Image photograph(const Mesh& mesh, const OrthographicCamera& camera, int size, c
   return render_mesh(mesh, camera, options, texture);
 }
 
-/// Peak signal-to-noise ratio of the isomap against the texture over texels of full alpha, decibel.
+/// Peak signal-to-noise ratio of the isomap against the texture over texels of full alpha, decibel. The map's border is
+/// left out: there the pixels of the photograph mix with its background.
 double psnr(const Image& isomap, const Image& texture) {
   double sum = 0;
   int count = 0;
-  for (int y = 0; y < isomap.height; ++y)
-    for (int x = 0; x < isomap.width; ++x) {
+  for (int y = 40; y < isomap.height - 40; ++y)
+    for (int x = 40; x < isomap.width - 40; ++x) {
       if (isomap.pixel(x, y)[3] < 255) continue;
       for (int k = 0; k < 3; ++k, ++count) {
         const double d = isomap.pixel(x, y)[k] - texture.pixel(x, y)[k];
