@@ -17,6 +17,7 @@
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/io/sha256.h"
 #include "libmodel/model/model_file.h"
+#include "libmodel/uv/isomap_texture.h"
 #include "libregister/reference/reference_face.h"
 #include "pipelines/build_report.h"
 #include "pipelines/output_tree.h"
@@ -176,14 +177,19 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
   const RegisteredSet set = read_registered_set(registered_ids(summary), reference, tree);
   BuildModelOptions building;
   building.variance_share = options.variance_share;
+  building.provenance["program"] = std::string("build-model ") + FACEWRIGHT_VERSION;
   const BuildModelResult built = build_model(set, reference, building);
   summary.shape_modes = static_cast<int>(built.model.shape().variances.size());
   summary.colour_modes = static_cast<int>(built.model.colour().variances.size());
   if (progress) progress({"building the model", 1, 1, ""});
   clock.finish("model");
-  write_model_files(built.model, tree, &summary, progress);
+  const IsomapTexture texture =
+      isomap_texture(reference, as_vertices(built.model.shape().mean), {.threads = options.jobs});
+  const MorphableModel model = built.model.with_uv(texture.uv);
+  clock.finish("texture map");
+  write_model_files(model, tree, &summary, progress);
   clock.finish("files");
-  write_build_report(built.model, set, summary, options, tree);
+  write_build_report(model, set, summary, options, tree);
   clock.finish("report");
   write_build_json(options, files, summary, tree);
   return summary;
