@@ -11,6 +11,7 @@
 #include "libmodel/building/build_model.h"
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
+#include "libmodel/interop/export_model.h"
 #include "libmodel/interop/level_files.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/landmark_files.h"
@@ -150,6 +151,7 @@ void write_model_files(const MorphableModel& model, const OutputTree& tree, Buil
     summary->level_vertices.push_back(vertices);
     if (progress) progress({"writing the model", 2 + l, 1 + model.level_count(), ""});
   }
+  export_all(tree.exports(), model);
 }
 
 }  // namespace

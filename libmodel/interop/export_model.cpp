@@ -7,6 +7,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/interop/eos_model.h"
 #include "libmodel/interop/gltf.h"
+#include "libmodel/interop/level_files.h"
 #include "libmodel/interop/npz.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/mesh_files.h"
@@ -45,6 +46,27 @@ void export_model(const std::filesystem::path& path, const MorphableModel& model
   if (format == ExportFormat::eos) return write_file(path, eos_model_bytes(part, options.eos_version));
   if (format == ExportFormat::npz) return write_file(path, npz_bytes(part));
   save_model(path, part);
+}
+
+std::string eos_landmark_mapping(const MorphableModel& model) {
+  std::string text = "# Landmark names and vertices of the model, 0-based\n[landmark_mappings]\n";
+  for (const auto& [name, mark] : model.landmarks()) text += name + " = " + std::to_string(mark.vertex) + "\n";
+  return text;
+}
+
+void export_all(const std::filesystem::path& folder, const MorphableModel& model, const ExportOptions& options) {
+  for (int l = 0; l < model.level_count(); ++l) {
+    const std::string v = std::to_string(model.vertex_count(l)), eos = "eos_" + v;
+    export_model(folder / (eos + ".bin"), model, l, ExportFormat::eos, options);
+    export_model(folder / ("statismo_" + v + ".h5"), model, l, ExportFormat::statismo, options);
+    export_model(folder / ("model_" + v + ".npz"), model, l, ExportFormat::npz, options);
+    export_model(folder / ("model_" + v + ".glb"), model, l, ExportFormat::glb, options);
+    write_file(folder / (eos + "_landmarks.txt"), eos_landmark_mapping(model));
+    write_file(folder / (eos + "_contours.json"), contours_json(model, l));
+    write_file(folder / (eos + "_edge_topology.json"), edge_topology_json(model.faces(l)));
+    if (!model.mirror().empty())
+      write_file(folder / (eos + "_symmetry.txt"), symmetry_text(model.mirror(), model.vertex_count(l)));
+  }
 }
 
 }  // namespace facewright

@@ -34,6 +34,14 @@ const std::vector<std::string>& export_format_names();
 void export_model(const std::filesystem::path& path, const MorphableModel& model, int level, ExportFormat format,
                   const ExportOptions& options = {});
 
+/// Writes every level V of a model into `folder` in all model formats: eos_V.bin with its companions
+/// (eos_V_landmarks.txt, eos_V_contours.json, eos_V_edge_topology.json, eos_V_symmetry.txt), statismo_V.h5,
+/// model_V.npz, model_V.glb.
+void export_all(const std::filesystem::path& folder, const MorphableModel& model, const ExportOptions& options = {});
+
+/// Landmark names to vertices as eos reads them (TOML).
+std::string eos_landmark_mapping(const MorphableModel& model);
+
 /// The same model with every basis orthonormal.
 MorphableModel orthonormalised(const MorphableModel& model);
 

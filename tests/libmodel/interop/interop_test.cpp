@@ -17,6 +17,7 @@
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/model/check_model.h"
+#include "libmodel/model/landmark_mapper.h"
 #include "libmodel/model/model_file.h"
 #include "tests/libmodel/model/model_fixtures.h"
 
@@ -174,6 +175,15 @@ TEST_F(Files, MeshExportsCarryTheMeanWithTextureCoordinates) {
   }
   EXPECT_THROW(export_format("stl"), InvalidInput);
   EXPECT_EQ(export_format("glb"), ExportFormat::glb);
+}
+
+TEST_F(Files, ExportAllWritesEveryLevelInEveryFormat) {
+  export_all(folder, model_without_expression());
+  for (const std::string v : {"12", "20", "40"})
+    for (const std::string& name : {"eos_" + v + ".bin", "eos_" + v + "_landmarks.txt", "statismo_" + v + ".h5",
+                                    "model_" + v + ".npz", "model_" + v + ".glb"})
+      EXPECT_TRUE(fs::exists(folder / name)) << name;
+  EXPECT_EQ(read_landmark_mapping(folder / "eos_12_landmarks.txt").vertex("31", {}), 0);
 }
 
 TEST_F(Files, LevelFilesSayWhatTheModelSays) {
