@@ -10,6 +10,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/uv/disc.h"
 #include "libmodel/uv/exact_geodesics.h"
+#include "libmodel/uv/relaxation.h"
 #include "libmodel/uv/scaling.h"
 #include "libmodel/uv/unfolding.h"
 
@@ -86,6 +87,8 @@ TexCoords fit_into_unit_square(const TexCoords& uv, double margin) {
   return ((uv.rowwise() - 0.5 * (low + high)) * scale).array() + 0.5;
 }
 
+bool covers_once(const TexCoords& uv, const Faces& F) { return overlap_share(fit_into_unit_square(uv, 0), F) == 0; }
+
 double map_size(const TexCoords& uv) { return (uv.colwise().maxCoeff() - uv.colwise().minCoeff()).maxCoeff(); }
 
 }  // namespace
@@ -111,8 +114,13 @@ IsomapResult isomap_uv(const Vertices& V, const Faces& F, const std::vector<int>
   const TexCoords even = symmetrised(turned, disc.mirror);
   summary.asymmetry = (even - turned).norm() / std::sqrt(static_cast<double>(even.rows())) / map_size(even);
   summary.flips_before_repair = count_flips(even, disc.F);
-  const UnfoldResult unfolded = unfold(disc.V, disc.F, even, disc.mirror, options.repair_sweeps);
+  UnfoldResult unfolded = unfold(disc.V, disc.F, even, disc.mirror, options.repair_sweeps);
   summary.repair = unfolded.method;
+  if (unfolded.flips == 0 && options.relax_sweeps > 0) {
+    const TexCoords even_stretch = relaxed(disc.V, disc.F, unfolded.uv, disc.mirror, options.relax_sweeps);
+    if (covers_once(even_stretch, F) || !covers_once(unfolded.uv, F)) unfolded.uv = even_stretch;
+  }
+  summary.final_stress = stress_of(unfolded.uv, distances);
   result.uv = fit_into_unit_square(unfolded.uv.topRows(V.rows()), options.margin);
   summary.distortion = measure_distortion(V, F, result.uv);
   summary.overlap = overlap_share(result.uv, F);

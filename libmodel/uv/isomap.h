@@ -14,6 +14,7 @@ struct IsomapOptions {
   int landmark_count = 200;  ///< vertices whose distances are computed [desilva2004]; 0 or >= N: all [tenenbaum2000]
   double margin = 0.01;      ///< free border of the unit square
   int repair_sweeps = 20;    ///< of vertex moves, before the map is solved anew
+  int relax_sweeps = 5;      ///< of vertex moves that even out the stretch; 0 = the isomap as it is (docs/uv.md)
   int threads = 0;           ///< 0 = all
 };
 
@@ -21,7 +22,8 @@ struct IsomapSummary {
   int source_count = 0;               ///< vertices whose distances entered the scaling
   int computed_count = 0;             ///< of those, computed; the others follow by symmetry
   double third_eigenvalue_share = 0;  ///< lambda_3 / lambda_1; above 0.2 the surface does not flatten well
-  double stress = 0;                  ///< sqrt(sum (|uv_i - uv_j| - d_ij)^2 / sum d_ij^2), before repair and scaling
+  double stress = 0;                  ///< sqrt(sum (|uv_i - uv_j| - d_ij)^2 / sum d_ij^2), of the scaling
+  double final_stress = 0;            ///< the same after repair and relaxation
   double asymmetry = 0;               ///< root mean square change by symmetrising, share of the map's size
   int flips_before_repair = 0;
   std::string repair;

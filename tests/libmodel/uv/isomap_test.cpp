@@ -105,10 +105,27 @@ TEST(IsomapUv, ADomeStretchesLikeTheAzimuthalEquidistantMap) {
     const double a = std::atan2(xy.norm(), s.V(v, 2));
     equidistant.row(v) = xy.norm() > 0 ? (80 * a * xy.normalized()).eval() : Eigen::Vector2d::Zero().eval();
   }
-  const IsomapResult result = isomap_uv(s.V, s.F, s.mirror);
+  IsomapOptions options;
+  options.relax_sweeps = 0;
+  const IsomapResult result = isomap_uv(s.V, s.F, s.mirror, options);
   EXPECT_EQ(result.summary.distortion.flips, 0);
   EXPECT_LT(error_against(result.uv, equidistant), 0.02);
   EXPECT_LT(result.summary.distortion.l2, measure_distortion(s.V, s.F, equidistant).l2 * 1.01);
+}
+
+TEST(IsomapUv, RelaxingEvensOutTheStretchAndKeepsSymmetry) {
+  const Sheet s = dome(0.8);
+  IsomapOptions plain, relaxed;
+  plain.relax_sweeps = 0;
+  relaxed.relax_sweeps = 20;
+  const IsomapResult a = isomap_uv(s.V, s.F, s.mirror, plain), b = isomap_uv(s.V, s.F, s.mirror, relaxed);
+  EXPECT_LT(b.summary.distortion.symmetric_dirichlet, a.summary.distortion.symmetric_dirichlet);
+  EXPECT_LT(b.summary.distortion.linf, a.summary.distortion.linf);
+  EXPECT_LT(b.summary.final_stress, 2 * a.summary.final_stress);  // still the isomap's shape
+  EXPECT_EQ(b.summary.distortion.flips, 0);
+  EXPECT_EQ(b.summary.overlap, 0);
+  for (size_t v = 0; v < s.mirror.size(); ++v)
+    EXPECT_NEAR(b.uv(static_cast<int>(v), 0) + b.uv(s.mirror[v], 0), 1, 1e-9);
 }
 
 TEST(IsomapUv, ClosesASlit) {
@@ -157,8 +174,8 @@ TEST(IsomapUv, AMirroredFaceHasAMirroredMap) {
   F.col(1).swap(F.col(2));
   IsomapOptions options;
   options.landmark_count = 0;
+  options.relax_sweeps = 0;  // its line search amplifies rounding to 1e-4
   const TexCoords a = isomap_uv(s.V, s.F, {}, options).uv, b = isomap_uv(reflected, F, {}, options).uv;
-  EXPECT_LT((a.col(0) + b.col(0)).array().abs().maxCoeff() - 1, 1e-6);
   EXPECT_LT(((a.col(0) + b.col(0)).array() - 1).abs().maxCoeff(), 1e-6);
   EXPECT_LT((a.col(1) - b.col(1)).cwiseAbs().maxCoeff(), 1e-6);
 }
