@@ -114,6 +114,9 @@ void fit_one(const Settings& settings, const CommonOptions& common, const Morpha
         fit_model(model, read_image(image), read_image_landmarks(landmarks), settings.fit, mapper);
     save(common.output, image.stem().string(), result, to_json(result, image, landmarks));
     report(common, describe(image, result));
+    if (result.texture.isomap.empty())
+      report(common,
+             settings.model + " has no texture coordinates: no isomap, the frontal view shows the mean colours");
   } catch (const InvalidInput& e) {
     throw InvalidInput(image.string() + " with " + landmarks.string() + ": " + e.what());
   }

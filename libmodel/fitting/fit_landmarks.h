@@ -18,7 +18,7 @@ enum class CameraKind {
 struct FitOptions {
   double lambda = 1;      ///< weight of the prior; 1 = calibrated, 0 = none [aldrian2013]
   double sigma_px = 0;    ///< standard deviation of a landmark in pixels; 0 = sigma_mm times the camera's scale
-  double sigma_mm = 1.2;  ///< the same on the face: does not depend on the image's size
+  double sigma_mm = 1.5;  ///< the same on the face, whatever the image's size; swept, see docs/fitting.md
   double jaw_factor = 2;  ///< jaw landmarks are that much less certain, >= 1
   JawMode jaw = JawMode::slide;
   CameraKind camera = CameraKind::orthographic;

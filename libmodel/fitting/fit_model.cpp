@@ -21,7 +21,7 @@ Image frontal_view(const Mesh& mesh, const Image& isomap, int size, int threads)
 
 Image fit_overlay(const Image& image, const Vertices& V, const Faces& F, const FitResult& fit) {
   Image out = to_rgb(image);
-  draw_wireframe(out, V, F, fit.camera, {90, 170, 255}, 0.35);
+  draw_wireframe(out, V, F, fit.camera, {90, 170, 255}, 0.25);
   const double radius = std::max(2.0, fit.summary.outer_eye_distance_px / 50);
   for (const LandmarkResidual& r : fit.summary.residuals) {
     draw_disc(out, r.fitted, 0.6 * radius, r.used ? Rgb{230, 30, 40} : Rgb{150, 150, 150});
