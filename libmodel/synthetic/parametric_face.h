@@ -56,8 +56,8 @@ class ParametricFace {
 
 struct DrawOptions {
   double spread = 1;           ///< standard deviations of the shape parameters, 0 .. 2
-  double individuality = 0.5;  ///< mm rms, 0 .. 2
-  double asymmetry = 0.5;      ///< mm rms, 0 .. 2
+  double individuality = 0.3;  ///< mm rms per axis, 0 .. 2
+  double asymmetry = 0.3;      ///< mm rms per axis, 0 .. 2; a face and its mirror image then differ by about 0.5 mm
 };
 
 /// Person `index` of the crowd `seed`; the same whatever was drawn before. Throws InvalidInput for options out of

@@ -21,8 +21,8 @@ struct LandmarkTarget {
 struct ConformOptions {
   double smoothing_length = 2;   ///< mm, > 0: displacements vary smoothly over about this distance
   double landmark_weight = 0.3;  ///< >= 0: pull of a landmark of 1 mm deviation, in units of one matched vertex
-  double seam_weight = 5;        ///< >= 0: hold of the stitches, in units of one matched vertex
-  double seam_gap = 0.5;         ///< mm, >= 0: a stitch is content with this gap; closed lips of scans touch
+  double seam_weight = 10;       ///< >= 0: hold of the stitches, in units of one matched vertex
+  double seam_gap = 0.1;         ///< mm, >= 0: a stitch is content with this gap; closed lips of scans touch
   double rest_weight = 1e-3;     ///< >= 0: pull of the rest shape, keeps vertices without any data in place
   int fold_rounds = 4;           ///< how often stiffness is raised about new folds before they are left to unfold()
   double fold_stiffness = 4;     ///< > 1: factor on the squared smoothing length about a fold, per round
