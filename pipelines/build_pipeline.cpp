@@ -178,7 +178,8 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
   if (progress) progress({"building the model", 0, 1, ""});
   const RegisteredSet set = read_registered_set(registered_ids(summary), reference, tree);
   BuildModelOptions building;
-  building.variance_share = options.variance_share;
+  building.variance_share = building.colour_variance_share = options.variance_share;
+  building.threads = options.jobs;
   building.provenance["program"] = std::string("build-model ") + FACEWRIGHT_VERSION;
   const BuildModelResult built = build_model(set, reference, building);
   summary.shape_modes = static_cast<int>(built.model.shape().variances.size());

@@ -142,10 +142,10 @@ void check(const Mesh& scan, const MultiresTemplate& reference, const RegisterOp
 }  // namespace
 
 std::vector<LevelSchedule> default_schedule() {
-  return {{4, 20, 6, 8, 4, 20, 60, 1.0, false},
-          {4, 6, 2, 4, 2, 8, 50, 0.3, false},
-          {3, 2, 1, 2, 1, 5, 45, 0.1, false},
-          {3, 1, 0.7, 1, 1, 4, 45, 0.1, true}};
+  return {{4, 20, 6, 8, 4, 20, 65, 1.0, false},
+          {4, 6, 2, 4, 2, 8, 65, 0.3, false},
+          {3, 2, 1, 2, 1, 5, 65, 0.1, false},
+          {4, 1, 0.7, 1, 1, 4, 65, 0.1, true}};
 }
 
 RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, const MultiresTemplate& reference,

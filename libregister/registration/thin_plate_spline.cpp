@@ -5,8 +5,8 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "libmodel/core/errors.h"
 
@@ -74,16 +74,25 @@ Vertices ThinPlateSpline::operator()(const Vertices& X) const {
 ThinPlateSpline fit_thin_plate_spline(const Vertices& from, const Vertices& to,
                                       const Eigen::VectorXd& relative_variance, double least_lambda) {
   constexpr int kSteps = 16;  // logspace(-4, 1): a finer grid changes the residual by less than 1 %
-  std::optional<ThinPlateSpline> best;
-  double best_cost = 0;
+  const auto K = static_cast<double>(from.rows());
+  std::vector<ThinPlateSpline> splines;
+  std::vector<double> costs;
+  double bound = 0;
   for (int i = 0; i < kSteps; ++i) {
     const double lambda = std::pow(10.0, -4 + 5.0 * i / (kSteps - 1));
     if (lambda < least_lambda && i + 1 < kSteps) continue;
-    ThinPlateSpline spline(from, to, lambda, relative_variance);
-    const double cost = (spline.leave_one_out().rowwise().squaredNorm().array() / relative_variance.array()).mean();
-    if (!best || cost < best_cost) best.emplace(std::move(spline)), best_cost = cost;
+    splines.emplace_back(from, to, lambda, relative_variance);
+    const Eigen::ArrayXd e2 =
+        splines.back().leave_one_out().rowwise().squaredNorm().array() / relative_variance.array();
+    const bool best = costs.empty() || e2.mean() < *std::min_element(costs.begin(), costs.end());
+    costs.push_back(e2.mean());
+    // One standard error of the mean above the least: what the data cannot tell from the optimum. [breiman1984]
+    if (best) bound = e2.mean() + std::sqrt((e2 - e2.mean()).square().sum() / (K - 1) / K);
   }
-  return *best;
+  size_t chosen = splines.size();
+  while (costs[--chosen] > bound) {
+  }
+  return splines[chosen];
 }
 
 }  // namespace facewright
