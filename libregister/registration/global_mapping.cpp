@@ -168,13 +168,18 @@ ThinPlateSpline spline_without_outliers(const Landmarks& reference, const Global
   const double least_lambda = static_cast<int>(names.size()) < options.least_for_free_lambda ? 1.0 : 1e-4;
   while (true) {
     const Eigen::VectorXd variance = relative_variance(scan, names);
-    ThinPlateSpline spline =
-        fit_thin_plate_spline(positions(reference, names), positions(scan, names), variance, least_lambda);
+    const auto fit = [&](double standard_errors) {
+      return fit_thin_plate_spline(positions(reference, names), positions(scan, names), variance, least_lambda,
+                                   standard_errors);
+    };
+    // Outliers are judged where the residuals are least: smoothing would hide them among the others' larger ones.
+    ThinPlateSpline spline = fit(0);
     const Eigen::VectorXd e = spline.leave_one_out().rowwise().norm();
     Eigen::Index worst;
     const double highest = e.maxCoeff(&worst);
     const double bound = std::max(options.outlier_distance, options.outlier_factor * 1.4826 * median(to_vector(e)));
     if (highest <= bound || result->dropped.size() >= limit) {
+      spline = fit(1);
       const Vertices at = spline(positions(reference, names));
       result->residual_rms = std::sqrt((at - positions(scan, names)).rowwise().squaredNorm().mean());
       result->leave_one_out_rms = std::sqrt(e.squaredNorm() / static_cast<double>(e.size()));

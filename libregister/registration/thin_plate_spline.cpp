@@ -72,7 +72,8 @@ Vertices ThinPlateSpline::operator()(const Vertices& X) const {
 }
 
 ThinPlateSpline fit_thin_plate_spline(const Vertices& from, const Vertices& to,
-                                      const Eigen::VectorXd& relative_variance, double least_lambda) {
+                                      const Eigen::VectorXd& relative_variance, double least_lambda,
+                                      double standard_errors) {
   constexpr int kSteps = 16;  // logspace(-4, 1): a finer grid changes the residual by less than 1 %
   const auto K = static_cast<double>(from.rows());
   std::vector<ThinPlateSpline> splines;
@@ -86,8 +87,8 @@ ThinPlateSpline fit_thin_plate_spline(const Vertices& from, const Vertices& to,
         splines.back().leave_one_out().rowwise().squaredNorm().array() / relative_variance.array();
     const bool best = costs.empty() || e2.mean() < *std::min_element(costs.begin(), costs.end());
     costs.push_back(e2.mean());
-    // One standard error of the mean above the least: what the data cannot tell from the optimum. [breiman1984]
-    if (best) bound = e2.mean() + std::sqrt((e2 - e2.mean()).square().sum() / (K - 1) / K);
+    // So many standard errors of the mean above the least: what the data cannot tell from the optimum.
+    if (best) bound = e2.mean() + standard_errors * std::sqrt((e2 - e2.mean()).square().sum() / (K - 1) / K);
   }
   size_t chosen = splines.size();
   while (costs[--chosen] > bound) {

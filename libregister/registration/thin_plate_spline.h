@@ -35,9 +35,10 @@ class ThinPlateSpline {
 };
 
 /// The smoothest spline, lambda in [1e-4, 10] (16 steps, logarithmic), whose mean squared leave-one-out residual lies
-/// within one standard error of the least: faces bend smoothly, landmarks are noisy. [breiman1984] The least itself
-/// follows landmark noise: 0.08 mm worse correspondence in our sweep, docs/registration.md.
+/// within `standard_errors` (>= 0) of the least: faces bend smoothly, landmarks are noisy. [breiman1984] The least
+/// itself follows landmark noise: 0.06 mm worse correspondence in our sweep, docs/registration.md.
 ThinPlateSpline fit_thin_plate_spline(const Vertices& from, const Vertices& to,
-                                      const Eigen::VectorXd& relative_variance, double least_lambda = 1e-4);
+                                      const Eigen::VectorXd& relative_variance, double least_lambda = 1e-4,
+                                      double standard_errors = 1);
 
 }  // namespace facewright

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "pipelines/build_pipeline.h"
+
+#include <gmock/gmock.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/io/landmark_files.h"
+#include "libmodel/io/mesh_files.h"
+#include "libmodel/model/model_file.h"
+#include "libmodel/synthetic/scan_person.h"
+#include "pipelines/output_tree.h"
+#include "tests/support/matchers.h"
+#include "tests/support/shapes.h"
+#include "tests/support/temporary_directory.h"
+
+namespace facewright {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Four people scanned coarsely, and three files that no model can be made of.
+class BuildPipeline : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryDirectory;
+    const ParametricFace face;
+    ScannerOptions options;
+    options.spacing = 2.5;
+    for (std::uint64_t i = 0; i < 4; ++i) {
+      const SyntheticScan scan = scan_person(face, draw_person(face, 1, i), 1, i, options);
+      write_ply(scans() / ("p" + std::to_string(i) + ".ply"), scan.mesh);
+      write_landmarks(scans() / ("p" + std::to_string(i) + ".json"), scan.landmarks);
+    }
+    std::ofstream(scans() / "broken.ply") << "ply\nformat ascii 1.0\nelement vertex 9\n";
+    write_ply(scans() / "unmarked.ply", icosphere(4, 90));
+    write_ply(scans() / "ball.ply", icosphere(4, 90));  // landmarks of a face on something that is none
+    Landmarks scattered;
+    Random random(3);
+    for (int i = 1; i <= 68; ++i)
+      scattered[std::to_string(i)].position = 90 * random_points(random, 1, 1).row(0).normalized().transpose();
+    scattered["37"].position = {-45, 0, 78};
+    scattered["46"].position = {45, 0, 78};
+    write_landmarks(scans() / "ball.json", scattered);
+    summary_ = new BuildPipelineSummary(build_from_scans(build_options("out")));
+  }
+  static void TearDownTestSuite() {
+    delete summary_;
+    delete folder_;
+  }
+
+  static fs::path scans() { return *folder_ / "scans"; }
+  static BuildPipelineOptions build_options(const std::string& output, int jobs = 2) {
+    BuildPipelineOptions o;
+    o.scans = scans();
+    o.output = *folder_ / output;
+    o.jobs = jobs;
+    return o;
+  }
+  static OutputTree tree() { return {*folder_ / "out"}; }
+
+  static TemporaryDirectory* folder_;
+  static BuildPipelineSummary* summary_;
+};
+TemporaryDirectory* BuildPipeline::folder_ = nullptr;
+BuildPipelineSummary* BuildPipeline::summary_ = nullptr;
+
+TEST_F(BuildPipeline, RegistersThePeopleAndExplainsTheRest) {
+  EXPECT_EQ(summary_->registered, 4);
+  EXPECT_EQ(summary_->failed, 3);
+  for (const char* id : {"broken", "unmarked", "ball"}) {
+    EXPECT_TRUE(fs::exists(tree().problem(id))) << id;
+    EXPECT_FALSE(fs::exists(tree().registered(id))) << id;
+  }
+  EXPECT_THAT(read_file(tree().problem("unmarked")), ::testing::HasSubstr("landmarks"));
+  EXPECT_THAT(read_file(tree().problem("broken")), ::testing::HasSubstr("broken.ply"));
+}
+
+TEST_F(BuildPipeline, LeavesAModelWhoseLevelsNest) {
+  const MorphableModel model = load_model(tree().model());
+  ASSERT_EQ(model.level_count(), 3);
+  const int counts[] = {3448, 16759, 29587};
+  for (int l = 0; l < 3; ++l) {
+    EXPECT_EQ(model.vertex_count(l), counts[l]);
+    EXPECT_THAT(model.mean(l).V, SameBytes(Vertices(model.mean().V.topRows(counts[l]))));
+    EXPECT_TRUE(fs::exists(tree().level(counts[l]) / "mean.ply"));
+    EXPECT_TRUE(fs::exists(tree().level(counts[l]) / "isomap.png"));
+  }
+  EXPECT_EQ(model.shape().variances.size(), 3);  // four faces span three directions
+  EXPECT_EQ(model.uv().rows(), 29587);
+}
+
+TEST_F(BuildPipeline, RegistrationsLieOnTheirScans) {
+  for (const ScanOutcome& o : summary_->scans) {
+    if (!o.registered) continue;
+    EXPECT_LT(o.summary.surface_mean, 0.05) << o.id;  // mm, to the denoised scan
+    EXPECT_LT(o.summary.fold_percent, 0.05) << o.id;
+    EXPECT_LT(o.summary.landmark_mean, 2.0) << o.id;  // planted landmark noise is 1 mm
+  }
+}
+
+TEST_F(BuildPipeline, OneThreadGivesTheSameBytes) {
+  build_from_scans(build_options("one", 1));
+  const OutputTree one{*folder_ / "one"};
+  EXPECT_EQ(read_file(one.model()), read_file(tree().model()));
+  for (const char* id : {"p0", "p1", "p2", "p3"})
+    EXPECT_EQ(read_file(one.registered(id)), read_file(tree().registered(id)));
+}
+
+TEST_F(BuildPipeline, ResumeKeepsWhatIsUnchangedAndForgetsWhatIsGone) {
+  fs::copy(*folder_ / "out", *folder_ / "again", fs::copy_options::recursive);
+  BuildPipelineOptions o = build_options("again");
+  o.resume = true;
+  std::ofstream(OutputTree{o.output}.registered("stranger")) << "left over";
+  const BuildPipelineSummary s = build_from_scans(o);
+  for (const ScanOutcome& outcome : s.scans) EXPECT_EQ(outcome.kept, outcome.registered) << outcome.id;
+  EXPECT_EQ(read_file(OutputTree{o.output}.model()), read_file(tree().model()));
+  EXPECT_FALSE(fs::exists(OutputTree{o.output}.registered("stranger")));
+  o.registration.use_mirror = false;  // a changed option makes all of it anew
+  for (const ScanOutcome& outcome : build_from_scans(o).scans) EXPECT_FALSE(outcome.kept) << outcome.id;
+}
+
+TEST_F(BuildPipeline, TooFewScansAreAnErrorThatTellsWhereToLook) {
+  BuildPipelineOptions o = build_options("few");
+  o.least_scans = 5;
+  try {
+    build_from_scans(o);
+    FAIL() << "four scans made a model that needed five";
+  } catch (const InvalidInput& e) {
+    EXPECT_THAT(e.what(), ::testing::HasSubstr("problematic"));
+  }
+  EXPECT_TRUE(fs::exists(OutputTree{o.output}.build_json()));
+}
+
+}  // namespace
+}  // namespace facewright
