@@ -3,10 +3,8 @@
 
 // Designs the built-in reference face on the synthetic mean head and writes the data file that the library embeds:
 //   make-default-reference -o libregister/reference/data/face845.txt
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <iostream>
 #include <set>
 
@@ -15,6 +13,7 @@
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/synthetic/mean_head.h"
 #include "libregister/reference/reference_face.h"
+#include "tools/cli.h"
 #include "tools/default_reference/half_face_mesher.h"
 #include "tools/default_reference/half_face_relaxation.h"
 
@@ -154,16 +153,11 @@ int run(const std::string& output, int tries) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Designs the built-in reference face");
-  std::string output;
-  app.add_option("-o,--output", output, "data file to write")->required();
+  CLI::App app("Designs the built-in reference face on the synthetic mean head.", "make-default-reference");
+  CommonOptions common;
+  add_common_options(app, common, CommonFlags::output,
+                     "make-default-reference -o libregister/reference/data/face845.txt");
   int tries = 12;
-  app.add_option("--tries", tries, "how many seeds to choose from")->check(CLI::Range(1, 1000))->capture_default_str();
-  CLI11_PARSE(app, argc, argv);
-  try {
-    return run(output, tries);
-  } catch (const std::exception& e) {
-    std::cerr << "make-default-reference: " << e.what() << '\n';
-    return 1;
-  }
+  app.add_option("--tries", tries, "Seeds to choose the best mesh from")->check(CLI::Range(1, 1000));
+  return run_program(argc, argv, app, common, [&] { return run(common.output.string(), tries); });
 }
