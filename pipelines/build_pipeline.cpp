@@ -89,15 +89,37 @@ std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files, const
   return outcomes;
 }
 
-// Registrations of scans that are no longer in the folder must not linger beside the new ones.
+constexpr const char* kScanFolders[] = {"registered", "scans", "problematic"};
+
+// OUT/scans/ID.json would overwrite the landmarks of scans that lie in OUT/scans.
+void check_output(const BuildPipelineOptions& options, const OutputTree& tree) {
+  for (const char* folder : kScanFolders)
+    if (fs::weakly_canonical(options.scans) == fs::weakly_canonical(tree.root / folder))
+      throw InvalidInput("output: the scans lie in " + options.scans.string() +
+                         ", where the build writes files of its own; choose another -o, for instance " +
+                         (tree.root / "model").string());
+  if (fs::exists(tree.root) && !fs::is_directory(tree.root))
+    throw InvalidInput("output: " + tree.root.string() + " is a file; -o names a folder");
+}
+
+// Registrations of scans that are no longer in the folder must not linger beside the new ones. Only files that an
+// earlier build wrote are removed.
 void remove_strangers(const std::vector<ScanFiles>& files, const OutputTree& tree) {
+  if (!fs::exists(tree.build_json())) return;
   std::map<std::string, bool> known;
   for (const ScanFiles& f : files) known[f.id] = true;
-  for (const char* folder : {"registered", "scans", "problematic"}) {
+  const std::map<std::string, std::vector<std::string>> ours = {
+      {"registered", {".ply"}}, {"scans", {".json", ".origins"}}, {"problematic", {".txt"}}};
+  for (const auto& [folder, extensions] : ours) {
     if (!fs::is_directory(tree.root / folder)) continue;
-    for (const auto& entry : fs::directory_iterator(tree.root / folder))
-      if (entry.path().filename() != "landmark_vertices.json" && !known.count(entry.path().stem().string()))
-        fs::remove(entry.path());
+    std::vector<fs::path> strangers;
+    for (const auto& entry : fs::directory_iterator(tree.root / folder)) {
+      const fs::path& p = entry.path();
+      const bool written_by_us =
+          std::find(extensions.begin(), extensions.end(), p.extension().string()) != extensions.end();
+      if (written_by_us && !known.count(p.stem().string())) strangers.push_back(p);
+    }
+    for (const fs::path& p : strangers) fs::remove(p);
   }
 }
 
@@ -160,6 +182,7 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
   BuildPipelineSummary summary;
   StageClock clock(&summary);
   const OutputTree tree{options.output};
+  check_output(options, tree);
   const std::vector<ScanFiles> files = find_scans(options.scans);
   const MultiresTemplate reference = load_reference(options);
   fs::create_directories(tree.root);

@@ -116,12 +116,22 @@ TEST_F(BuildPipeline, ResumeKeepsWhatIsUnchangedAndForgetsWhatIsGone) {
   BuildPipelineOptions o = build_options("again");
   o.resume = true;
   std::ofstream(OutputTree{o.output}.registered("stranger")) << "left over";
+  std::ofstream(o.output / "scans" / "notes.md") << "a user's own file";
   const BuildPipelineSummary s = build_from_scans(o);
   for (const ScanOutcome& outcome : s.scans) EXPECT_EQ(outcome.kept, outcome.registered) << outcome.id;
   EXPECT_EQ(read_file(OutputTree{o.output}.model()), read_file(tree().model()));
   EXPECT_FALSE(fs::exists(OutputTree{o.output}.registered("stranger")));
+  EXPECT_TRUE(fs::exists(o.output / "scans" / "notes.md"));
   o.registration.use_mirror = false;  // a changed option makes all of it anew
   for (const ScanOutcome& outcome : build_from_scans(o).scans) EXPECT_FALSE(outcome.kept) << outcome.id;
+}
+
+TEST_F(BuildPipeline, NeverWritesOverTheScansThemselves) {
+  BuildPipelineOptions o = build_options("unused");
+  o.output = folder_->path();  // the scans are in its folder "scans"
+  const std::string landmarks = read_file(scans() / "p0.json");
+  EXPECT_THROW(build_from_scans(o), InvalidInput);
+  EXPECT_EQ(read_file(scans() / "p0.json"), landmarks);
 }
 
 TEST_F(BuildPipeline, TooFewScansAreAnErrorThatTellsWhereToLook) {
