@@ -59,6 +59,10 @@ class Parser {
       if (!(words >> name >> v)) fail("expected \"l name vertex\"");
       check_vertex(v);
       marks_[name] = v;
+      if (std::string word; words >> word) {
+        if (word != "derived") fail("landmark " + name + ": expected nothing or \"derived\" after the vertex");
+        face_.derived.insert(name);
+      }
     } else if (kind == "r") {
       std::string name;
       if (!(words >> name)) fail("expected \"r region vertices\"");
@@ -145,7 +149,7 @@ std::string format_reference(const ReferenceFace& face) {
   for (int f = 0; f < face.mesh.F.rows(); ++f)
     out << "f " << face.mesh.F(f, 0) << ' ' << face.mesh.F(f, 1) << ' ' << face.mesh.F(f, 2) << '\n';
   for (const auto& [name, mark] : face.landmarks)
-    out << "l " << name << ' ' << nearest_corner(mark, face.mesh.F) << '\n';
+    out << "l " << name << ' ' << nearest_corner(mark, face.mesh.F) << (face.derived.count(name) ? " derived\n" : "\n");
   for (const auto& [name, vertices] : face.regions) {
     out << "r " << name;
     for (const int v : vertices) out << ' ' << v;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,7 @@ struct ReferenceFace {
   std::vector<int> mirror;  ///< (N) left-right partners, or empty: not symmetric
   LandmarkSet landmarks;
   std::map<std::string, std::vector<int>> regions;  ///< vertices of the base mesh, ascending
+  std::set<std::string> derived;  ///< landmarks that nobody placed: carried over from another face by registration
 };
 
 /// The left-right table of a mesh that is symmetric about x = 0: every vertex and its reflection match within
@@ -27,8 +29,8 @@ std::vector<int> find_mirror(const Mesh& mesh, double tolerance = 0.01);
 /// triangle uses v.
 MeshLandmark mark_vertex(const Faces& F, int v);
 
-/// The text form, one record a line: "v x y z" (mm, 4 decimals), "f a b c" (0-based), "l name vertex", "r region
-/// vertices", "#" comments. Landmarks that are not vertices are written as their triangle's nearest corner.
+/// The text form, one record a line: "v x y z" (mm, 4 decimals), "f a b c" (0-based), "l name vertex [derived]", "r
+/// region vertices", "#" comments. Landmarks that are not vertices are written as their triangle's nearest corner.
 std::string format_reference(const ReferenceFace& face);
 /// Reads the text form; the mirror table is found from the positions. `name` goes into error messages. Throws IoError.
 ReferenceFace parse_reference(const std::string& text, const std::string& name);
