@@ -2,17 +2,23 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/uv/disc.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
 #include <string>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/core/random.h"
 #include "libmodel/core/similarity.h"
 #include "libmodel/core/topology.h"
 
 namespace facewright {
 namespace {
+
+constexpr double kNeedle = 1e-7;  // height over length of a triangle
+constexpr double kNudge = 1e-4;   // of the mean edge
 
 double loop_length(const Vertices& V, const std::vector<int>& loop) {
   double length = 0;
@@ -33,9 +39,12 @@ int mirrored_hole(const std::vector<std::vector<int>>& holes, size_t h, const st
 
 Disc close_holes(const Vertices& V, const Faces& F, const std::vector<int>& mirror) {
   std::vector<std::vector<int>> holes = boundary_loops(F);
-  if (holes.empty()) throw InvalidInput("uv: the surface has no border; a face needs one");
+  if (holes.empty())
+    throw InvalidInput(
+        "uv: the surface is closed; a texture map needs a border: cut the mesh open, as make-reference does behind the "
+        "ears");
   if (connected_components(V.rows(), F).count != 1)
-    throw InvalidInput("uv: the surface is in pieces, or has vertices in no triangle; expected one piece");
+    throw InvalidInput("uv: the surface is in pieces, or has vertices in no triangle; keep its largest piece only");
   const auto outer = std::max_element(
       holes.begin(), holes.end(), [&](const auto& a, const auto& b) { return loop_length(V, a) < loop_length(V, b); });
   holes.erase(outer);
@@ -58,7 +67,8 @@ Disc close_holes(const Vertices& V, const Faces& F, const std::vector<int>& mirr
   }
   if (euler_characteristic(disc.F) != 1)
     throw InvalidInput("uv: the surface has handles (Euler characteristic " +
-                       std::to_string(euler_characteristic(disc.F)) + " with its holes closed, expected 1)");
+                       std::to_string(euler_characteristic(disc.F)) +
+                       " with its holes closed, expected 1); close the tunnels, for instance behind the ears");
   return disc;
 }
 
@@ -83,6 +93,22 @@ Vertices symmetric_shape(const Vertices& V, const std::vector<int>& mirror) {
     image.row(v) << -partner.x(), partner.y(), partner.z();
   }
   return 0.5 * (V + fit_similarity(image, V, Scaling::fixed).apply(image));
+}
+
+Vertices without_needles(const Vertices& V, const Faces& F, const std::vector<int>& mirror) {
+  double length = 0;
+  bool needles = false;
+  for (Eigen::Index f = 0; f < F.rows(); ++f) {
+    const Eigen::Vector3d a = V.row(F(f, 1)) - V.row(F(f, 0)), b = V.row(F(f, 2)) - V.row(F(f, 0));
+    const double longest = std::max({a.squaredNorm(), b.squaredNorm(), (a - b).squaredNorm()});
+    needles = needles || !(a.cross(b).norm() > kNeedle * longest);
+    length += std::sqrt(longest) / static_cast<double>(F.rows());
+  }
+  if (!needles) return V;
+  Random random(1);
+  Vertices moved = V;
+  for (Eigen::Index i = 0; i < V.size(); ++i) moved.data()[i] += kNudge * length * random.normal();
+  return mirror.empty() ? moved : symmetric_shape(moved, mirror);
 }
 
 std::vector<int> spread_vertices(const Vertices& V, const std::vector<int>& mirror, int count) {

@@ -26,6 +26,10 @@ bool is_symmetric(const Faces& F, const std::vector<int>& mirror);
 /// The mean of the shape and its mirror image, moved onto each other: V made symmetric up to a rigid motion.
 Vertices symmetric_shape(const Vertices& V, const std::vector<int>& mirror);
 
+/// V, moved at random by a ten-thousandth of an edge if a triangle has no area worth the name: shortest paths lose
+/// their way on such. The same for the same input; symmetric if the mirror is given.
+Vertices without_needles(const Vertices& V, const Faces& F, const std::vector<int>& mirror);
+
 /// `count` vertices far from each other (greedy, straight-line distances, ties to the lowest index), ascending. With a
 /// mirror, partners come together.
 std::vector<int> spread_vertices(const Vertices& V, const std::vector<int>& mirror, int count);

@@ -28,12 +28,12 @@ Stretch stretch_of(const Eigen::Vector3d& e1, const Eigen::Vector3d& e2, const E
   s.area = 0.5 * e1.cross(e2).norm();
   const double length = e1.norm();
   const double signed_area = 0.5 * cross(u1, u2);
-  if (!(s.area > 0) || !(signed_area > 0)) return s;
+  s.flipped = !(signed_area > 0);
+  if (s.flipped || !(s.area > 0)) return s;
   const double x2 = e1.dot(e2) / length, y2 = 2 * s.area / length;
   const Eigen::RowVector2d a = u1 / length, b = (u2 - x2 * a) / y2;
   s.trace = a.squaredNorm() + b.squaredNorm();
   s.det = signed_area / s.area;
-  s.flipped = false;
   return s;
 }
 
@@ -59,6 +59,7 @@ UvDistortion measure_distortion(const Vertices& V, const Faces& F, const TexCoor
       ++result.flips;
       continue;
     }
+    if (!(s.area > 0)) continue;  // no shape to keep
     surface += s.area;
     plane += s.area * s.det;
     all.push_back(s);
@@ -72,6 +73,7 @@ UvDistortion measure_distortion(const Vertices& V, const Faces& F, const TexCoor
     result.l2 += w * inverse / 2;
     result.conformal += w * trace / (2 * det);
     result.symmetric_dirichlet += w * (trace + inverse) / 4;
+    result.area += w * (det + 1 / det) / 2;
     result.linf = std::max(result.linf, 1 / s2);
   }
   result.l2 = std::sqrt(result.l2);

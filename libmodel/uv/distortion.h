@@ -12,8 +12,9 @@ struct UvDistortion {
   double l2 = 0;                   ///< sqrt of the area-weighted mean of (1/s1^2 + 1/s2^2) / 2
   double linf = 0;                 ///< largest 1/s2
   double conformal = 0;            ///< area-weighted mean of (s1/s2 + s2/s1) / 2
+  double area = 0;                 ///< area-weighted mean of (s1 s2 + 1/(s1 s2)) / 2
   double symmetric_dirichlet = 0;  ///< area-weighted mean of (s1^2 + s2^2 + 1/s1^2 + 1/s2^2) / 4
-  int flips = 0;                   ///< triangles turned over or without area; left out of the figures above
+  int flips = 0;                   ///< triangles turned over or flat in the plane; left out of the figures above
 };
 
 /// uv (N x 2), one per vertex. O(M).

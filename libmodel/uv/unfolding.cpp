@@ -6,6 +6,8 @@
 #include <Eigen/SparseLU>
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/core/topology.h"
@@ -13,6 +15,8 @@
 
 namespace facewright {
 namespace {
+
+constexpr double kLeastArea = 1e-9;  // of the mean triangle's; below, rounding decides which way a triangle lies
 
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::RowMajor>;
 
@@ -63,8 +67,9 @@ TexCoords vertex_moves(const Faces& F, TexCoords uv, const std::vector<int>& mir
   const Adjacency incident = vertex_faces(uv.rows(), F);
   for (int sweep = 0; sweep < sweeps && count_flips(uv, F) > 0; ++sweep) {
     const Eigen::VectorXd areas = signed_areas(uv, F);
+    const double least = kLeastArea * areas.cwiseAbs().mean();
     for (Eigen::Index f = 0; f < F.rows(); ++f)
-      if (areas[f] <= 0)
+      if (!(areas[f] > least))
         for (int k = 0; k < 3; ++k) move_into_kernel(uv, F, incident, W, F(f, k));
     uv = symmetrised(uv, mirror);
   }
@@ -96,61 +101,71 @@ double turn(const Eigen::RowVector2d& a, const Eigen::RowVector2d& b, const Eige
   return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
 }
 
-// Counter-clockwise convex hull (Andrew's monotone chain).
-std::vector<Eigen::RowVector2d> convex_hull(std::vector<Eigen::RowVector2d> points) {
-  std::sort(points.begin(), points.end(),
-            [](const auto& a, const auto& b) { return std::pair(a.x(), a.y()) < std::pair(b.x(), b.y()); });
-  std::vector<Eigen::RowVector2d> hull;
-  for (int pass = 0; pass < 2; ++pass) {
-    const size_t start = hull.size();
-    for (const auto& p : points) {
-      while (hull.size() >= start + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0) hull.pop_back();
-      hull.push_back(p);
-    }
-    hull.pop_back();
-    std::reverse(points.begin(), points.end());
-  }
-  return hull;
+bool segments_meet(const Eigen::RowVector2d& a, const Eigen::RowVector2d& b, const Eigen::RowVector2d& c,
+                   const Eigen::RowVector2d& d) {
+  if ((a.cwiseMax(b).array() < c.cwiseMin(d).array()).any() || (c.cwiseMax(d).array() < a.cwiseMin(b).array()).any())
+    return false;
+  return turn(a, b, c) * turn(a, b, d) <= 0 && turn(c, d, a) * turn(c, d, b) <= 0;
 }
 
-// Point at `share` of the length of a closed polygon.
-Eigen::RowVector2d point_along(const std::vector<Eigen::RowVector2d>& polygon, double share) {
-  const size_t n = polygon.size();
-  double length = 0;
-  for (size_t i = 0; i < n; ++i) length += (polygon[(i + 1) % n] - polygon[i]).norm();
-  double rest = (share - std::floor(share)) * length;
-  for (size_t i = 0;; i = (i + 1) % n) {
-    const double side = (polygon[(i + 1) % n] - polygon[i]).norm();
-    if (rest <= side) return polygon[i] + rest / side * (polygon[(i + 1) % n] - polygon[i]);
-    rest -= side;
+// The border spread over a circle of the surface's area by its lengths, turned to stay near where it was. A circle is
+// strictly convex: a border on straight sides would flatten triangles in its corners.
+TexCoords border_on_circle(const Vertices& V, const Faces& F, const std::vector<int>& loop, TexCoords uv) {
+  double area = 0;
+  for (Eigen::Index f = 0; f < F.rows(); ++f) {
+    const Eigen::Vector3d a = V.row(F(f, 1)) - V.row(F(f, 0)), b = V.row(F(f, 2)) - V.row(F(f, 0));
+    area += 0.5 * a.cross(b).norm();
   }
-}
-
-// The border spread over the hull of the map by its length on the surface, turned to stay near where it was.
-TexCoords border_on_hull(const Vertices& V, const std::vector<int>& loop, TexCoords uv) {
-  std::vector<Eigen::RowVector2d> points;
-  for (int v : loop) points.push_back(uv.row(v));
-  const auto hull = convex_hull(points);
   std::vector<double> at(loop.size() + 1, 0);
+  double length = 0;
+  for (size_t i = 0; i < loop.size(); ++i) length += (V.row(loop[(i + 1) % loop.size()]) - V.row(loop[i])).norm();
+  const double least = 0.01 * length / static_cast<double>(loop.size());  // no two vertices in one place
   for (size_t i = 0; i < loop.size(); ++i)
-    at[i + 1] = at[i] + (V.row(loop[(i + 1) % loop.size()]) - V.row(loop[i])).norm();
-  const auto placed = [&](double shift) {
-    TexCoords moved = uv;
-    for (size_t i = 0; i < loop.size(); ++i) moved.row(loop[i]) = point_along(hull, at[i] / at.back() + shift);
-    return moved;
+    at[i + 1] = at[i] + std::max(least, (V.row(loop[(i + 1) % loop.size()]) - V.row(loop[i])).norm());
+  Eigen::RowVector2d centre = Eigen::RowVector2d::Zero();
+  for (int v : loop) centre += uv.row(v) / static_cast<double>(loop.size());
+  double along = 0, across = 0;
+  const auto on_circle = [&](size_t i, double shift) {
+    const double angle = 2 * std::numbers::pi * at[i] / at.back() + shift;
+    return Eigen::RowVector2d(std::cos(angle), std::sin(angle));
   };
-  double best_shift = 0, best = std::numeric_limits<double>::max();
-  for (int s = 0; s < 360; ++s) {
-    const double distance = (placed(s / 360.0) - uv).squaredNorm();
-    if (distance < best) best = distance, best_shift = s / 360.0;
+  for (size_t i = 0; i < loop.size(); ++i) {
+    const Eigen::RowVector2d p = on_circle(i, 0), q = uv.row(loop[i]) - centre;
+    along += p.dot(q), across += p.x() * q.y() - p.y() * q.x();
   }
-  return placed(best_shift);
+  const double shift = std::atan2(across, along), radius = std::sqrt(area / std::numbers::pi);
+  for (size_t i = 0; i < loop.size(); ++i) uv.row(loop[i]) = radius * on_circle(i, shift);
+  return uv;
+}
+
+// All neighbours count alike; where the mean-value weights of slivers are too uneven for the arithmetic.
+SparseMatrix uniform_weights(Eigen::Index n, const Faces& F) {
+  const Adjacency neighbours = vertex_neighbours(n, F);
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int v = 0; v < n; ++v)
+    for (const int* w = neighbours.begin(v); w != neighbours.end(v); ++w)
+      entries.emplace_back(v, *w, 1.0 / neighbours.degree(v));
+  SparseMatrix W(n, n);
+  W.setFromTriplets(entries.begin(), entries.end());
+  return W;
 }
 
 }  // namespace
 
 int count_flips(const TexCoords& uv, const Faces& F) {
-  return static_cast<int>((signed_areas(uv, F).array() <= 0).count());
+  const Eigen::VectorXd areas = signed_areas(uv, F);
+  const double least = kLeastArea * areas.cwiseAbs().mean();
+  return static_cast<int>(areas.size() - (areas.array() > least).count());
+}
+
+bool border_is_simple(const TexCoords& uv, const std::vector<int>& loop) {
+  const size_t n = loop.size();
+  for (size_t i = 0; i + 2 < n; ++i)
+    for (size_t j = i + 2; j < n; ++j)
+      if ((j + 1) % n != i &&
+          segments_meet(uv.row(loop[i]), uv.row(loop[i + 1]), uv.row(loop[j]), uv.row(loop[(j + 1) % n])))
+        return false;
+  return true;
 }
 
 TexCoords symmetrised(const TexCoords& uv, const std::vector<int>& mirror) {
@@ -165,22 +180,23 @@ TexCoords symmetrised(const TexCoords& uv, const std::vector<int>& mirror) {
 
 UnfoldResult unfold(const Vertices& V, const Faces& F, const TexCoords& uv, const std::vector<int>& mirror,
                     int sweeps) {
-  UnfoldResult result{uv, count_flips(uv, F), "none needed"};
-  if (result.flips == 0) return result;
-  const SparseMatrix W = mean_value_weights(V, F);
-  const auto loops = boundary_loops(F);
+  const std::vector<int> loop = boundary_loops(F).front();
+  UnfoldResult result{uv, count_flips(uv, F), border_is_simple(uv, loop), "none needed"};
+  if (result.one_to_one()) return result;
   const auto attempt = [&](TexCoords candidate, const std::string& method) {
     candidate = symmetrised(candidate, mirror);
-    const int flips = count_flips(candidate, F);
-    if (flips < result.flips) result = {std::move(candidate), flips, method};
-    return result.flips == 0;
+    result = {candidate, count_flips(candidate, F), border_is_simple(candidate, loop), method};
+    return result.one_to_one();
   };
-  if (attempt(vertex_moves(F, uv, mirror, W, sweeps), "vertex moves") || loops.empty()) return result;
+  const SparseMatrix W = mean_value_weights(V, F);
   std::vector<bool> border(static_cast<size_t>(V.rows()), false);
-  for (int v : loops.front()) border[static_cast<size_t>(v)] = true;
-  if (attempt(mean_value_map(uv, border, W), "mean-value map on its border")) return result;
-  attempt(mean_value_map(symmetrised(border_on_hull(V, loops.front(), uv), mirror), border, W),
-          "mean-value map on the convex hull");
+  for (int v : loop) border[static_cast<size_t>(v)] = true;
+  if (result.simple_border && (attempt(vertex_moves(F, uv, mirror, W, sweeps), "vertex moves") ||
+                               attempt(mean_value_map(uv, border, W), "mean-value map on its border")))
+    return result;
+  const TexCoords circle = symmetrised(border_on_circle(V, F, loop, uv), mirror);
+  if (!attempt(mean_value_map(circle, border, W), "mean-value map on a circle"))
+    attempt(mean_value_map(circle, border, uniform_weights(V.rows(), F)), "uniform map on a circle");
   return result;
 }
 
