@@ -133,12 +133,31 @@ BaseEdge FourEightMesh::base_edge(int t) const {
   return e;
 }
 
+double FourEightMesh::base_area(int t) const {
+  const auto area = [&](const Triple& c) {
+    return 0.5 * (positions_[c[1]] - positions_[c[0]]).cross(positions_[c[2]] - positions_[c[0]]).norm();
+  };
+  const int s = opposite_.at(static_cast<size_t>(t))[0];
+  return area(corners_[t]) + (s < 0 ? 0 : area(corners_[s]));
+}
+
 int FourEightMesh::cost(int t) const {
   for (int sum = 0;; t = opposite_[t][0]) {
     const bool last = compatible(t);
     sum += twin_.empty() || (last && is_own_image(t)) ? 1 : 2;
     if (last) return sum;
   }
+}
+
+int FourEightMesh::last_of_chain(int t) const {
+  while (!compatible(t)) t = opposite_[t][0];
+  return t;
+}
+
+int FourEightMesh::boundary_cost(int t) const {
+  const int last = last_of_chain(t);
+  if (!on_border(last)) return 0;
+  return twin_.empty() || is_own_image(last) ? 1 : 2;
 }
 
 FourEightMesh::Bisection FourEightMesh::bisect(int t) {
@@ -175,9 +194,11 @@ void FourEightMesh::split(int t, Bisection& done) {
   match_twins(these, images);
 }
 
-// Splits the base of t, in t and in its neighbour; returns the two to four triangles (-1 for the missing ones).
+// Splits the base of t, in t and in its neighbour, the one with the lower number first, so that the order of the
+// triangles follows from the journal alone; returns the two to four triangles (-1 for the missing ones).
 std::array<int, 4> FourEightMesh::split_pair(int t) {
-  const int s = opposite_[t][0];
+  int s = opposite_[t][0];
+  if (s >= 0 && s < t) std::swap(s, t);
   const int m = add_vertex({std::min(corners_[t][1], corners_[t][2]), std::max(corners_[t][1], corners_[t][2]), -1});
   const int t2 = add_half(t, m);
   if (s < 0) return {t, t2, -1, -1};

@@ -50,10 +50,15 @@ class FourEightMesh {
   Bisection bisect(int t);
   /// How many vertices bisect(t) would add.
   int cost(int t) const;
+  /// How many boundary edges bisect(t) would add: 0, 1 or, with symmetry, 2.
+  int boundary_cost(int t) const;
+  /// Whether the base of t has no triangle on its other side.
+  bool on_border(int t) const { return opposite_.at(static_cast<size_t>(t))[0] < 0; }
   /// Bisects every triangle once. From the constructor's state: V2 = V + E + singles, F2 = 4 F + 2 singles, B2 = 2 B.
   void uniform_step();
 
   BaseEdge base_edge(int t) const;
+  double base_area(int t) const;  ///< mm^2, of the one or two triangles at the base of t
   int apex(int t) const { return corners_.at(static_cast<size_t>(t))[0]; }
 
  private:
@@ -65,6 +70,7 @@ class FourEightMesh {
   std::array<int, 4> split_pair(int t);
   int add_half(int t, int m);
   bool compatible(int t) const { return opposite_[t][0] < 0 || opposite_[opposite_[t][0]][0] == t; }
+  int last_of_chain(int t) const;
   bool is_own_image(int t) const { return twin_[t] == t || twin_[t] == opposite_[t][0]; }
   void match_twins(const std::array<int, 4>& these, const std::array<int, 4>& images);
   void redirect(int t, int from, int to);

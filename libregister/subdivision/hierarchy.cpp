@@ -3,9 +3,7 @@
 #include "libregister/subdivision/hierarchy.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
-#include <queue>
 #include <string>
 
 #include "libmodel/core/errors.h"
@@ -14,95 +12,49 @@
 namespace facewright {
 namespace {
 
-// From here on the parity of what is missing is watched: enough for any chain of bisections on real meshes.
-constexpr int kTail = 64;
+// Singles that make two uniform steps give that many vertices.
+int wanted_singles(const Mesh& base, int first_budget) {
+  return first_budget - static_cast<int>(base.vertex_count()) - static_cast<int>(edges(base.F).size());
+}
 
-struct Candidate {
-  double key;
-  int triangle, apex;  // stale once the triangle has another apex
-  bool operator<(const Candidate& o) const { return key != o.key ? key < o.key : triangle > o.triangle; }
-};
-
-class Refiner {
- public:
-  Refiner(FourEightMesh& mesh, int target, const RefinementCriterion& criterion)
-      : mesh_(mesh), target_(target), criterion_(criterion) {
-    for (int t = 0; t < mesh.face_count(); ++t) push(t);
-  }
-
-  void run() {
-    while (missing() > kTail) must(step([&](int, int cost) { return cost <= missing(); }));
-    const bool symmetric = !mesh_.mirror().empty();
-    // Only a bisection on the midline adds an odd number. If all midline edges are sides, a neighbour makes one a base.
-    const auto odd = [&](int, int cost) { return cost % 2 && cost <= missing(); };
-    const auto beside_midline = [&](int t, int cost) { return cost < missing() && touches_midline(t); };
-    while (symmetric && missing() % 2 && !step(odd)) must(step(beside_midline));
-    while (missing() > 0) must(step([&](int, int cost) { return cost <= missing() && (!symmetric || cost % 2 == 0); }));
-  }
-
- private:
-  int missing() const { return target_ - mesh_.vertex_count(); }
-  void push(int t) { queue_.push({criterion_(mesh_.base_edge(t)), t, mesh_.apex(t)}); }
-
-  bool touches_midline(int t) const {
-    const BaseEdge e = mesh_.base_edge(t);
-    const auto own = [&](int v) { return mesh_.mirror()[v] == v; };
-    return own(e.apex) && (own(e.a) || own(e.b));
-  }
-
-  // Bisects the first candidate that is acceptable, given its cost; those passed over stay candidates.
-  template <class Acceptable>
-  bool step(const Acceptable& acceptable) {
-    std::vector<Candidate> passed;
-    while (!queue_.empty()) {
-      const Candidate c = queue_.top();
-      queue_.pop();
-      if (mesh_.apex(c.triangle) != c.apex) continue;
-      if (acceptable(c.triangle, mesh_.cost(c.triangle))) {
-        for (const int t : mesh_.bisect(c.triangle).changed) push(t);
-        for (const Candidate& p : passed) queue_.push(p);
-        return true;
-      }
-      passed.push_back(c);
-    }
-    for (const Candidate& p : passed) queue_.push(p);
-    return false;
-  }
-
-  void must(bool done) const {
-    if (!done)
-      throw InvalidInput("refinement: " + std::to_string(target_) + " vertices cannot be hit, " +
-                         std::to_string(mesh_.vertex_count()) + " is the nearest below" +
-                         (mesh_.mirror().empty() ? "" : "; without symmetry it would do"));
-  }
-
-  FourEightMesh& mesh_;
-  int target_;
-  const RefinementCriterion& criterion_;
-  std::priority_queue<Candidate> queue_;
-};
-
-// The base after the first 4-8 step, and after the second one if that hits the budget.
-FourEightMesh first_level(const Mesh& base, const std::vector<int>& mirror, int budget,
+// The first two steps; the second is uniform if that hits the budget.
+FourEightMesh first_level(const Mesh& base, const std::vector<int>& mirror, const RefinementTarget& target,
                           const HierarchyOptions& options) {
-  const int after_two_steps_without_singles =
-      static_cast<int>(base.vertex_count()) + static_cast<int>(edges(base.F).size());
-  const int wanted = budget - after_two_steps_without_singles;
-  TrianglePairing pairing = pair_triangles(base.V, base.F, mirror);
-  const int change = std::abs(wanted - pairing.singles);
-  if (wanted >= 0 && change > 0 && change <= options.max_adjustment * static_cast<double>(base.face_count())) {
-    const TrianglePairing adjusted = pair_triangles(base.V, base.F, mirror, wanted);
-    if (adjusted.singles == wanted) pairing = adjusted;
-  }
-  FourEightMesh mesh(base.V, base.F, mirror, pairing);
-  if (budget < mesh.vertex_count())
-    throw InvalidInput("hierarchy: the first level needs at least " + std::to_string(mesh.vertex_count()) +
-                       " vertices, the budget is " + std::to_string(budget));
-  if (pairing.singles == wanted)
+  FourEightMesh mesh = tri_quad_mesh(base, mirror, target.vertices, options.max_adjustment);
+  const int pairs_and_singles = mesh.vertex_count() - static_cast<int>(base.vertex_count());
+  const int singles = 2 * pairs_and_singles - static_cast<int>(base.face_count());  // 2 pairs + singles = triangles
+  if (singles == wanted_singles(base, target.vertices))
     mesh.uniform_step();
   else
-    refine_to(mesh, budget, options.criterion);
+    refine_to(mesh, target, options.criterion);
   return mesh;
+}
+
+std::vector<RefinementTarget> refinement_targets(const Mesh& base, bool symmetric, const std::vector<int>& budgets,
+                                                 std::vector<int> boundary_edges) {
+  constexpr int surrey_border = 80;
+  if (boundary_edges.empty() && budgets == kSurreyLevels && boundary_edge_count(base.F) == surrey_border)
+    boundary_edges = surrey_boundary_edges(symmetric);
+  boundary_edges.resize(budgets.size(), -1);
+  std::vector<RefinementTarget> targets;
+  for (size_t i = 0; i < budgets.size(); ++i) targets.push_back({budgets[i], boundary_edges[i]});
+  return targets;
+}
+
+// Template with everything but the levels above the base.
+MultiresTemplate begin_template(const Mesh& base, const std::vector<int>& mirror, const LandmarkSet& landmarks) {
+  MultiresTemplate result;
+  result.landmarks = landmarks;
+  result.levels.push_back({static_cast<int>(base.vertex_count()), base.F});
+  result.V = base.V;
+  result.mirror = mirror;
+  return result;
+}
+
+void finish_template(const FourEightMesh& mesh, const Vertices& base, MultiresTemplate* result) {
+  result->parents = mesh.parents();
+  result->mirror = mesh.mirror();
+  result->V = refine_field(result->parents, mesh.base_count(), base, mesh.vertex_count());
 }
 
 void check(const Mesh& base, const LandmarkSet& landmarks, const std::vector<int>& budgets,
@@ -111,6 +63,9 @@ void check(const Mesh& base, const LandmarkSet& landmarks, const std::vector<int
   if (!options.criterion) throw InvalidInput("hierarchy: no refinement criterion");
   if (!(options.max_adjustment >= 0 && options.max_adjustment <= 1))
     throw InvalidInput("hierarchy: max_adjustment must be in 0..1");
+  if (!options.boundary_edges.empty() && options.boundary_edges.size() != budgets.size())
+    throw InvalidInput("hierarchy: " + std::to_string(options.boundary_edges.size()) + " boundary counts for " +
+                       std::to_string(budgets.size()) + " budgets");
   int below = static_cast<int>(base.vertex_count());
   for (const int budget : budgets) {
     if (budget <= below)
@@ -124,37 +79,55 @@ void check(const Mesh& base, const LandmarkSet& landmarks, const std::vector<int
 
 }  // namespace
 
-RefinementCriterion bent_length_criterion(double bend_weight) {
-  if (!(bend_weight >= 0)) throw InvalidInput("refinement: the bend weight must not be negative");
-  return [bend_weight](const BaseEdge& e) { return e.length * (1 + bend_weight * std::abs(e.bend)); };
+std::vector<int> surrey_boundary_edges(bool symmetric) {
+  return symmetric ? std::vector{-1, 306, 410} : std::vector{-1, 307, 411};
 }
 
-void refine_to(FourEightMesh& mesh, int target_vertices, const RefinementCriterion& criterion) {
-  if (target_vertices < mesh.vertex_count())
-    throw InvalidInput("refinement: " + std::to_string(target_vertices) + " vertices wanted, the mesh already has " +
-                       std::to_string(mesh.vertex_count()));
-  Refiner(mesh, target_vertices, criterion).run();
+FourEightMesh tri_quad_mesh(const Mesh& base, const std::vector<int>& mirror, int first_budget, double max_adjustment) {
+  const int wanted = wanted_singles(base, first_budget);
+  TrianglePairing pairing = pair_triangles(base.V, base.F, mirror);
+  const int change = std::abs(wanted - pairing.singles);
+  if (wanted >= 0 && change > 0 && change <= max_adjustment * static_cast<double>(base.face_count())) {
+    const TrianglePairing adjusted = pair_triangles(base.V, base.F, mirror, wanted);
+    if (adjusted.singles == wanted) pairing = adjusted;
+  }
+  FourEightMesh mesh(base.V, base.F, mirror, pairing);
+  if (first_budget < mesh.vertex_count())
+    throw InvalidInput("hierarchy: the first level needs at least " + std::to_string(mesh.vertex_count()) +
+                       " vertices, the budget is " + std::to_string(first_budget));
+  return mesh;
 }
 
 MultiresTemplate build_hierarchy(const Mesh& base, const std::vector<int>& mirror, const LandmarkSet& landmarks,
                                  const std::vector<int>& budgets, const HierarchyOptions& options) {
   check(base, landmarks, budgets, options);
-  MultiresTemplate result;
-  result.landmarks = landmarks;
-  result.levels.push_back({static_cast<int>(base.vertex_count()), base.F});
-  result.V = base.V;
-  result.mirror = mirror;
+  MultiresTemplate result = begin_template(base, mirror, landmarks);
   if (budgets.empty()) return result;
-  FourEightMesh mesh = first_level(base, mirror, budgets.front(), options);
+  const auto targets = refinement_targets(base, !mirror.empty(), budgets, options.boundary_edges);
+  FourEightMesh mesh = first_level(base, mirror, targets.front(), options);
   result.levels.push_back({mesh.vertex_count(), mesh.faces()});
   if (options.first_level_positions.rows() > 0) mesh.set_positions(options.first_level_positions);
-  for (size_t i = 1; i < budgets.size(); ++i) {
-    refine_to(mesh, budgets[i], options.criterion);
+  for (size_t i = 1; i < targets.size(); ++i) {
+    refine_to(mesh, targets[i], options.criterion);
     result.levels.push_back({mesh.vertex_count(), mesh.faces()});
   }
-  result.parents = mesh.parents();
-  result.mirror = mesh.mirror();
-  result.V = refine_field(result.parents, mesh.base_count(), base.V, mesh.vertex_count());
+  finish_template(mesh, base.V, &result);
+  return result;
+}
+
+MultiresTemplate uniform_hierarchy(const Mesh& base, const std::vector<int>& mirror, const LandmarkSet& landmarks,
+                                   int first_budget, const std::vector<int>& steps) {
+  check(base, landmarks, {}, {});
+  MultiresTemplate result = begin_template(base, mirror, landmarks);
+  FourEightMesh mesh = tri_quad_mesh(base, mirror, first_budget);
+  int done = 1;  // the pairing is the first step
+  for (const int count : steps) {
+    if (count < 1) throw InvalidInput("hierarchy: a level needs at least one uniform step");
+    for (int step = done; step < count; ++step) mesh.uniform_step();
+    done = 0;
+    result.levels.push_back({mesh.vertex_count(), mesh.faces()});
+  }
+  finish_template(mesh, base.V, &result);
   return result;
 }
 
