@@ -22,6 +22,7 @@
 #include "libregister/reference/reference_face.h"
 #include "pipelines/build_report.h"
 #include "pipelines/output_tree.h"
+#include "pipelines/reference_file.h"
 #include "pipelines/scan_stage.h"
 
 namespace facewright {
@@ -47,7 +48,7 @@ class StageClock {
 MultiresTemplate load_reference(const BuildPipelineOptions& options) {
   if (options.reference.empty()) return build_template(default_reference_face(), options.levels);
   if (options.reference_landmarks.empty())
-    throw InvalidInput("reference: --reference needs --reference-landmarks, the landmarks of that mesh");
+    return build_template(load_reference_file(options.reference), options.levels);
   return reference_from_mesh(read_mesh(options.reference), read_landmarks(options.reference_landmarks), options.levels);
 }
 
