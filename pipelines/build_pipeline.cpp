@@ -18,12 +18,12 @@
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/io/sha256.h"
 #include "libmodel/model/model_file.h"
-#include "libmodel/uv/isomap_texture.h"
 #include "libregister/reference/reference_face.h"
 #include "pipelines/build_report.h"
 #include "pipelines/output_tree.h"
 #include "pipelines/reference_file.h"
 #include "pipelines/scan_stage.h"
+#include "pipelines/texture_stage.h"
 
 namespace facewright {
 namespace {
@@ -210,9 +210,9 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
   summary.colour_modes = static_cast<int>(built.model.colour().variances.size());
   if (progress) progress({"building the model", 1, 1, ""});
   clock.finish("model");
-  const IsomapTexture texture =
-      isomap_texture(reference, as_vertices(built.model.shape().mean), {.threads = options.jobs});
-  const MorphableModel model = built.model.with_uv(texture.uv);
+  const TextureStage stage =
+      texture_stage(reference, as_vertices(built.model.shape().mean), tree.isomap(), {.threads = options.jobs});
+  const MorphableModel model = built.model.with_uv(stage.texture.uv);
   clock.finish("texture map");
   write_model_files(model, tree, &summary, progress);
   clock.finish("files");

@@ -6,21 +6,41 @@
 
 namespace facewright {
 
-IsomapTexture isomap_texture(const MultiresTemplate& reference, const Vertices& mean, const IsomapOptions& options) {
+namespace {
+
+constexpr int kOverlapPixels = 2048;
+
+void check_rows(const MultiresTemplate& reference, const Vertices& mean) {
   if (mean.rows() != reference.V.rows() || reference.levels.empty())
     throw InvalidInput("uv: the mean has " + std::to_string(mean.rows()) + " vertices, the reference " +
                        std::to_string(reference.V.rows()));
+}
+
+}  // namespace
+
+IsomapResult base_isomap(const MultiresTemplate& reference, const Vertices& mean, const IsomapOptions& options) {
+  check_rows(reference, mean);
   const int base = reference.base_count();
   std::vector<int> mirror;
   if (!reference.mirror.empty()) mirror.assign(reference.mirror.begin(), reference.mirror.begin() + base);
-  IsomapResult flat = isomap_uv(mean.topRows(base), reference.levels.front().F, mirror, options);
+  return isomap_uv(mean.topRows(base), reference.levels.front().F, mirror, options);
+}
+
+IsomapTexture carry_up(const MultiresTemplate& reference, const Vertices& mean, const IsomapResult& base) {
+  check_rows(reference, mean);
   IsomapTexture result;
-  result.base = std::move(flat.summary);
-  result.uv = refine_field(reference.parents, base, flat.uv, static_cast<int>(mean.rows()));
-  for (const TemplateLevel& level : reference.levels)
-    result.distortion.push_back(
-        measure_distortion(mean.topRows(level.vertex_count), level.F, result.uv.topRows(level.vertex_count)));
+  result.base = base.summary;
+  result.uv = refine_field(reference.parents, reference.base_count(), base.uv, static_cast<int>(mean.rows()));
+  for (const TemplateLevel& level : reference.levels) {
+    const TexCoords uv = result.uv.topRows(level.vertex_count);
+    result.distortion.push_back(measure_distortion(mean.topRows(level.vertex_count), level.F, uv));
+    result.overlap.push_back(overlap_share(uv, level.F, kOverlapPixels));
+  }
   return result;
+}
+
+IsomapTexture isomap_texture(const MultiresTemplate& reference, const Vertices& mean, const IsomapOptions& options) {
+  return carry_up(reference, mean, base_isomap(reference, mean, options));
 }
 
 }  // namespace facewright
