@@ -12,6 +12,11 @@
 
 namespace facewright {
 
+/// What decides which edges the adaptive levels split first: how far registered faces deviate from the coarser surface,
+/// the reference's edge length and bend, or its edge length alone.
+enum class LevelCriterion { deviation, bend, length };
+const char* criterion_name(LevelCriterion criterion);
+
 /// Everything `build-model` can be told.
 struct BuildPipelineOptions {
   std::filesystem::path scans;   ///< folder of scans with their landmarks
@@ -21,8 +26,10 @@ struct BuildPipelineOptions {
   bool resume = false;           ///< keep scans whose inputs and options are unchanged since an earlier run
   ScanOptions scan;
   RegisterOptions registration;
-  std::filesystem::path reference;                 ///< a user's reference file or mesh, or empty: the built-in face
-  std::filesystem::path reference_landmarks;       ///< landmarks of that mesh; empty: a reference file
+  std::filesystem::path reference;            ///< a user's reference file or mesh, or empty: the built-in face
+  std::filesystem::path reference_landmarks;  ///< landmarks of that mesh; empty: a reference file
+  LevelCriterion criterion = LevelCriterion::deviation;
+  bool symmetric = true;  ///< false: left and right are refined independently, even if the reference is symmetric
   std::vector<int> levels = {3448, 16759, 29587};  ///< vertex budgets of the model's levels
   double variance_share = 0.99;                    ///< of shape and colour kept in the model [huber2016]
   int least_scans = 3;                             ///< fewer registered scans than this make no model

@@ -45,11 +45,14 @@ class StageClock {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-MultiresTemplate load_reference(const BuildPipelineOptions& options) {
-  if (options.reference.empty()) return build_template(default_reference_face(), options.levels);
-  if (options.reference_landmarks.empty())
-    return build_template(load_reference_file(options.reference), options.levels);
-  return reference_from_mesh(read_mesh(options.reference), read_landmarks(options.reference_landmarks), options.levels);
+ReferenceFace load_reference(const BuildPipelineOptions& options) {
+  ReferenceFace face =
+      options.reference.empty() ? default_reference_face()
+      : options.reference_landmarks.empty()
+          ? load_reference_file(options.reference)
+          : make_reference_face(read_mesh(options.reference), read_landmarks(options.reference_landmarks));
+  if (!options.symmetric) face.mirror.clear();
+  return face;
 }
 
 std::string reference_key(const MultiresTemplate& reference) {
@@ -144,6 +147,9 @@ void write_build_json(const BuildPipelineOptions& options, const std::vector<Sca
   j["version"] = FACEWRIGHT_VERSION;
   j["options"] = Json::parse(describe_options(options));
   j["options"]["level_vertices"] = options.levels;
+  j["options"]["criterion"] = criterion_name(options.criterion);
+  j["options"]["symmetric"] = options.symmetric;
+  j["levels"] = {{"criterion", criterion_name(s.levels.criterion)}, {"scans", s.levels.scans}, {"kept", s.levels.kept}};
   j["options"]["variance_share"] = options.variance_share;
   j["seed"] = options.seed;
   j["inputs"] = input_hashes(files);
@@ -185,11 +191,14 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
   const OutputTree tree{options.output};
   check_output(options, tree);
   const std::vector<ScanFiles> files = find_scans(options.scans);
-  const MultiresTemplate reference = load_reference(options);
+  const ReferenceFace face = load_reference(options);
   fs::create_directories(tree.root);
   remove_strangers(files, tree);
+  const LevelDecision decision = decide_levels(face, files, options, tree, progress);
+  const MultiresTemplate& reference = decision.reference;
+  summary.levels = decision.summary;
   write_landmark_vertices(reference, tree);
-  clock.finish("reference");
+  clock.finish("levels");
   summary.scans = register_all(files, reference, options, tree, progress);
   for (const ScanOutcome& o : summary.scans) ++(o.registered ? summary.registered : summary.failed);
   clock.finish("registration");

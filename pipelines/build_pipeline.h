@@ -9,6 +9,7 @@
 #include "libmodel/core/progress.h"
 #include "libmodel/core/registered_set.h"
 #include "pipelines/build_options.h"
+#include "pipelines/level_decision.h"
 
 namespace facewright {
 
@@ -25,6 +26,7 @@ struct ScanOutcome {
 
 struct BuildPipelineSummary {
   std::vector<ScanOutcome> scans;  ///< in order of id
+  LevelDecisionSummary levels;     ///< how the hierarchy was decided
   int registered = 0, failed = 0;
   int shape_modes = 0, colour_modes = 0;
   std::vector<int> level_vertices;

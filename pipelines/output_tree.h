@@ -20,6 +20,8 @@ struct OutputTree {
   std::filesystem::path problem(const std::string& id) const { return root / "problematic" / (id + ".txt"); }
   std::filesystem::path level(int vertices) const { return root / "levels" / std::to_string(vertices); }
   std::filesystem::path isomap() const { return root / "levels" / "isomap.json"; }
+  /// The levels' refinement journal, decided once per model.
+  std::filesystem::path hierarchy() const { return root / "hierarchy.json"; }
   std::filesystem::path exports() const { return root / "export"; }
   std::filesystem::path report() const { return root / "report"; }
   std::filesystem::path build_json() const { return root / "build.json"; }

@@ -3,6 +3,7 @@
 // A folder of scans to a multi-resolution morphable model.
 #include <iostream>
 
+#include "libmodel/core/errors.h"
 #include "pipelines/build_pipeline.h"
 #include "tools/cli.h"
 
@@ -17,6 +18,28 @@ DenoiseMethod denoise_from_name(const std::string& name) {
   return DenoiseMethod::automatic;
 }
 
+LevelCriterion criterion_from_name(const std::string& name) {
+  if (name == "bend") return LevelCriterion::bend;
+  if (name == "length") return LevelCriterion::length;
+  return LevelCriterion::deviation;
+}
+
+// "surrey", or vertex counts.
+std::vector<int> levels_from(const std::vector<std::string>& words) {
+  if (words == std::vector<std::string>{"surrey"}) return {3448, 16759, 29587};
+  std::vector<int> levels;
+  for (const std::string& word : words) {
+    size_t read = 0;
+    try {
+      levels.push_back(std::stoi(word, &read));
+    } catch (const std::exception&) {
+    }
+    if (read == 0 || read != word.size())
+      throw InvalidInput("levels: expected vertex counts or the preset \"surrey\", got \"" + word + "\"");
+  }
+  return levels;
+}
+
 void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
   for (const ScanOutcome& o : s.scans)
     if (!o.registered) std::cerr << "build-model: " << o.id << " left out: " << o.reason << "\n";
@@ -25,6 +48,9 @@ void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
   report(common, "build-model: " + std::to_string(s.registered) + " of " + std::to_string(s.scans.size()) +
                      " scans registered; " + std::to_string(s.shape_modes) + " shape and " +
                      std::to_string(s.colour_modes) + " colour modes; levels " + levels);
+  if (s.levels.criterion == LevelCriterion::bend && !s.levels.left_out.empty())
+    std::cerr << "build-model: too few scans could be registered to decide the levels by; the reference's own shape "
+                 "decided\n";
   for (const auto& [stage, seconds] : s.seconds) detail(common, "  " + stage + ": " + format_duration(seconds));
   report(common, "build-model: the model is " + (common.output / "model.h5").string() + "; open " +
                      (common.output / "report" / "index.html").string());
@@ -41,13 +67,21 @@ int main(int argc, char** argv) {
       CommonFlags::output | CommonFlags::jobs | CommonFlags::seed | CommonFlags::units | CommonFlags::resume,
       "build-model scans -o model -j 2");
   BuildPipelineOptions options;
-  std::string denoise = "auto", reference, reference_landmarks;
-  bool no_mirror = false;
+  std::string denoise = "auto", criterion = "deviation", reference, reference_landmarks;
+  std::vector<std::string> levels = {"surrey"};
+  bool no_mirror = false, asymmetric = false;
   app.add_option(
          "scans", options.scans,
          "Folder of scans (OBJ, PLY, STL, OFF, glTF) with ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson beside each")
       ->required();
-  app.add_option("--levels", options.levels, "Vertex counts of the model's levels, increasing")->delimiter(',');
+  app.add_option("--levels", levels, "Vertex counts of the model's levels, increasing; surrey: 3448,16759,29587")
+      ->delimiter(',');
+  app.add_option(
+         "--criterion", criterion,
+         "What decides which edges are split first: deviation of the registered scans from the coarser surface, "
+         "or edge length of the reference, alone or with bend")
+      ->check(CLI::IsMember({"deviation", "bend", "length"}));
+  app.add_flag("--asymmetric", asymmetric, "Refine left and right independently");
   app.add_option("--variance", options.variance_share, "Share of the variance kept in shape and colour")
       ->check(CLI::Range(0.01, 1.0));
   app.add_option("--denoise", denoise, "Noise filter")->check(CLI::IsMember({"auto", "gauss", "median", "none"}));
@@ -68,6 +102,9 @@ int main(int argc, char** argv) {
     options.scan.units = units_from_name(common.units);
     options.registration.denoise.method = denoise_from_name(denoise);
     options.registration.use_mirror = !no_mirror;
+    options.levels = levels_from(levels);
+    options.criterion = criterion_from_name(criterion);
+    options.symmetric = !asymmetric;
     options.reference = reference;
     options.reference_landmarks = reference_landmarks;
     ProgressBar bar(common);

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "pipelines/level_decision.h"
+
+#include <algorithm>
+#include <atomic>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/core/parallel.h"
+#include "libmodel/core/topology.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/io/sha256.h"
+#include "libregister/registration/register_scan.h"
+#include "libregister/subdivision/deviation.h"
+#include "libregister/subdivision/journal.h"
+
+namespace facewright {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr size_t kFaces = 6;       // more change the deviation left by less than 3 % (docs/subdivision.md)
+constexpr size_t kLeastFaces = 3;  // fewer say more about themselves than about faces
+constexpr int kMostVertices = 60000;
+
+void add_regions(const ReferenceFace& face, MultiresTemplate* t) {
+  for (const auto& [name, vertices] : face.regions) t->regions[name] = refine_region(*t, vertices);
+}
+
+// Base mesh, its second step, and a uniform mesh about as fine as the finest level.
+MultiresTemplate uniform_template(const ReferenceFace& face, const std::vector<int>& levels) {
+  const double enough = std::min(0.9 * levels.back(), 1.0 * kMostVertices);
+  FourEightMesh mesh = tri_quad_mesh(face.mesh, face.mirror, levels.front());
+  mesh.uniform_step();
+  int steps = 0;
+  for (; steps < 2 || mesh.vertex_count() < enough; ++steps) mesh.uniform_step();
+  MultiresTemplate t = uniform_hierarchy(face.mesh, face.mirror, face.landmarks, levels.front(), {2, steps});
+  add_regions(face, &t);
+  return t;
+}
+
+// Shape matters here, not correspondence: few iterations on the coarse levels, one on the finest.
+RegisterOptions coarse_registration(RegisterOptions options) {
+  const std::vector<LevelSchedule> usual = default_schedule();
+  options.levels = {usual.at(0), usual.at(1), usual.at(2)};
+  const int iterations[] = {3, 2, 1};
+  for (size_t l = 0; l < 3; ++l) options.levels[l].iterations = iterations[l];
+  options.keep_stages = false;
+  return options;
+}
+
+// `count` of n, evenly spread.
+std::vector<size_t> spread(size_t n, size_t count) {
+  std::vector<size_t> chosen;
+  for (size_t i = 0; i < std::min(n, count); ++i) chosen.push_back(i * n / std::min(n, count));
+  return chosen;
+}
+
+struct CoarseFaces {
+  std::vector<Vertices> faces;
+  std::vector<std::string> ids, left_out;
+};
+
+void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTemplate& reference,
+                       const BuildPipelineOptions& options, const Progress& progress, CoarseFaces* result) {
+  std::vector<Vertices> faces(files.size());
+  std::atomic<int> done{0};
+  const int total = static_cast<int>(files.size());
+  const RegisterOptions registration = coarse_registration(options.registration);
+  if (progress && total > 0) progress({"deciding the levels", 0, total, ""});
+  parallel_for(total, options.jobs, [&](int i) {
+    const auto s = static_cast<size_t>(i);
+    try {
+      const Scan scan = load_scan(files[s], options.scan);
+      const RegistrationResult r = register_scan(scan.mesh, scan.landmarks, reference, registration);
+      if (r.summary.acceptable) faces[s] = r.V;
+    } catch (const std::exception&) {  // the scan's own turn will tell why
+    }
+    const int n = ++done;
+    if (progress) progress({"deciding the levels", n, total, files[s].id});
+  });
+  for (size_t s = 0; s < files.size(); ++s) {
+    const bool usable = faces[s].rows() > 0;
+    if (usable && result->faces.size() == kFaces) continue;
+    (usable ? result->ids : result->left_out).push_back(files[s].id);
+    if (usable) result->faces.push_back(std::move(faces[s]));
+  }
+}
+
+// A second handful is tried if the first does not yield enough.
+CoarseFaces coarse_faces(std::vector<ScanFiles> files, const MultiresTemplate& reference,
+                         const BuildPipelineOptions& options, const Progress& progress) {
+  std::erase_if(files, [](const ScanFiles& f) { return !f.landmarks; });
+  CoarseFaces result;
+  for (int round = 0; round < 2 && result.faces.size() < kFaces && !files.empty(); ++round) {
+    std::vector<ScanFiles> chosen;
+    const std::vector<size_t> indices = spread(files.size(), kFaces);
+    for (const size_t i : indices) chosen.push_back(files[i]);
+    for (auto i = indices.rbegin(); i != indices.rend(); ++i)
+      files.erase(files.begin() + static_cast<std::ptrdiff_t>(*i));
+    register_coarsely(chosen, reference, options, progress, &result);
+  }
+  return result;
+}
+
+std::string decision_key(const ReferenceFace& face, const BuildPipelineOptions& o) {
+  const auto bytes = [](const void* data, Eigen::Index size) {
+    return std::string_view(static_cast<const char*>(data), static_cast<size_t>(size));
+  };
+  Json j;
+  j["levels"] = o.levels;
+  j["criterion"] = criterion_name(o.criterion);
+  j["mirror"] = face.mirror;
+  j["regions"] = face.regions;
+  for (const auto& [name, mark] : face.landmarks)
+    j["landmarks"][name] = {mark.vertex, mark.point.triangle, mark.point.barycentric[0], mark.point.barycentric[1]};
+  return sha256(j.dump() + sha256(bytes(face.mesh.V.data(), face.mesh.V.size() * Eigen::Index{sizeof(double)})) +
+                sha256(bytes(face.mesh.F.data(), face.mesh.F.size() * Eigen::Index{sizeof(int)})));
+}
+
+void write_decision(const LevelDecision& d, const std::string& key, const OutputTree& tree) {
+  Json j;
+  j["key"] = key;
+  j["criterion"] = criterion_name(d.summary.criterion);
+  j["scans"] = d.summary.scans;
+  j["left_out"] = d.summary.left_out;
+  for (const TemplateLevel& l : d.reference.levels) {
+    j["vertices"].push_back(l.vertex_count);
+    j["triangles"].push_back(l.F.rows());
+    j["boundary_edges"].push_back(boundary_edge_count(l.F));
+  }
+  j["parents"] = Json::array();
+  for (const VertexParents& p : d.reference.parents)
+    j["parents"].push_back(p.is_midpoint() ? Json{p.a, p.b} : Json{p.a, p.b, p.c});
+  write_file(tree.hierarchy(), j.dump() + "\n");
+}
+
+// The decision of an earlier run, if there is one and it is for this reference, these levels and this criterion. One
+// that was made for want of usable scans is made again.
+std::optional<LevelDecision> earlier_decision(const ReferenceFace& face, const std::string& key,
+                                              const BuildPipelineOptions& options, const OutputTree& tree) {
+  if (!options.resume || !std::filesystem::exists(tree.hierarchy())) return {};
+  try {
+    const Json j = Json::parse(read_file(tree.hierarchy()));
+    if (j.at("key") != key || j.at("criterion") != criterion_name(options.criterion)) return {};
+    RefinementJournal journal{static_cast<int>(face.mesh.vertex_count()), {}};
+    for (const Json& p : j.at("parents"))
+      journal.parents.push_back({p.at(0).get<int>(), p.at(1).get<int>(), p.size() > 2 ? p.at(2).get<int>() : -1});
+    LevelDecision d;
+    d.reference = replay(journal, face.mesh, face.mirror, face.landmarks, j.at("vertices").get<std::vector<int>>());
+    add_regions(face, &d.reference);
+    d.summary = {options.criterion, true, j.at("scans").get<std::vector<std::string>>(),
+                 j.at("left_out").get<std::vector<std::string>>()};
+    return d;
+  } catch (const std::exception&) {  // damaged: it is decided again
+    return {};
+  }
+}
+
+HierarchyOptions measured(const ReferenceFace& face, const std::vector<ScanFiles>& files,
+                          const BuildPipelineOptions& options, const Progress& progress, LevelDecisionSummary* s) {
+  HierarchyOptions hierarchy;
+  CoarseFaces coarse = coarse_faces(files, uniform_template(face, options.levels), options, progress);
+  s->scans = std::move(coarse.ids);
+  s->left_out = std::move(coarse.left_out);
+  if (coarse.faces.size() < kLeastFaces) {
+    s->criterion = LevelCriterion::bend;
+    return hierarchy;
+  }
+  const FourEightMesh start = tri_quad_mesh(face.mesh, face.mirror, options.levels.front());
+  hierarchy.criterion = deviation_criterion(measure_deviation(start, coarse.faces));
+  return hierarchy;
+}
+
+}  // namespace
+
+const char* criterion_name(LevelCriterion criterion) {
+  switch (criterion) {
+    case LevelCriterion::length:
+      return "length";
+    case LevelCriterion::bend:
+      return "bend";
+    case LevelCriterion::deviation:
+      break;
+  }
+  return "deviation";
+}
+
+LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFiles>& files,
+                            const BuildPipelineOptions& options, const OutputTree& tree, const Progress& progress) {
+  const std::string key = decision_key(face, options);
+  if (auto earlier = earlier_decision(face, key, options, tree)) return *earlier;
+  LevelDecision d;
+  d.summary.criterion = options.criterion;
+  HierarchyOptions hierarchy;
+  if (options.criterion == LevelCriterion::length) hierarchy.criterion = bent_length_criterion(0);
+  if (options.criterion == LevelCriterion::deviation && options.levels.size() > 1)
+    hierarchy = measured(face, files, options, progress, &d.summary);
+  d.reference = build_template(face, options.levels, hierarchy);
+  write_decision(d, key, tree);
+  return d;
+}
+
+}  // namespace facewright

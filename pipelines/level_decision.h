@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libmodel/core/multires_template.h"
+#include "libmodel/core/progress.h"
+#include "libregister/reference/reference_face.h"
+#include "pipelines/build_options.h"
+#include "pipelines/output_tree.h"
+
+namespace facewright {
+
+struct LevelDecisionSummary {
+  LevelCriterion criterion = LevelCriterion::deviation;  ///< that decided in the end
+  bool kept = false;                                     ///< from an earlier run
+  std::vector<std::string> scans;                        ///< whose faces were measured
+  std::vector<std::string> left_out;                     ///< tried, but could not be registered
+};
+
+struct LevelDecision {
+  MultiresTemplate reference;
+  LevelDecisionSummary summary;
+};
+
+/// Decides the model's hierarchy once for all scans and leaves it in OUT/hierarchy.json. With the deviation criterion
+/// six scans, spread over the folder, are registered coarsely on a uniform 4-8 mesh, and those edges are split first
+/// where the faces deviate most from the coarser surface. Fewer than three usable scans, or a single level: by the bend
+/// of the reference itself. With `resume` an earlier decision for the same reference, levels and criterion stands,
+/// whatever scans have come since. The result does not depend on the number of threads.
+LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFiles>& files,
+                            const BuildPipelineOptions& options, const OutputTree& tree, const Progress& progress = {});
+
+}  // namespace facewright

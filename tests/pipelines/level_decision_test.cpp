@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "pipelines/level_decision.h"
+
+#include <gmock/gmock.h>
+
+#include "libmodel/core/topology.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/io/landmark_files.h"
+#include "libmodel/io/mesh_files.h"
+#include "libmodel/synthetic/scan_person.h"
+#include "tests/support/matchers.h"
+#include "tests/support/shapes.h"
+#include "tests/support/temporary_directory.h"
+
+namespace facewright {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+
+// Three people scanned coarsely, and something that is no face.
+class LevelDecisionTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryDirectory;
+    const ParametricFace face;
+    ScannerOptions options;
+    options.spacing = 3;
+    for (std::uint64_t i = 0; i < 3; ++i) {
+      const SyntheticScan scan = scan_person(face, draw_person(face, 2, i), 2, i, options);
+      write_ply(scans() / ("p" + std::to_string(i) + ".ply"), scan.mesh);
+      write_landmarks(scans() / ("p" + std::to_string(i) + ".json"), scan.landmarks);
+    }
+    write_ply(scans() / "ball.ply", icosphere(4, 90));
+    Landmarks scattered;
+    Random random(3);
+    for (int i = 1; i <= 30; ++i)
+      scattered[std::to_string(i)].position = 90 * random_points(random, 1, 1).row(0).normalized().transpose();
+    write_landmarks(scans() / "ball.json", scattered);
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static std::filesystem::path scans() { return *folder_ / "scans"; }
+  static OutputTree tree(const std::string& name) { return {*folder_ / name}; }
+  static BuildPipelineOptions small(int jobs = 2) {
+    BuildPipelineOptions o;
+    o.jobs = jobs;
+    o.levels = {3448, 6001};  // coarse: quickly registered
+    return o;
+  }
+  static LevelDecision decide(const BuildPipelineOptions& o, const std::string& name) {
+    return decide_levels(default_reference_face(), find_scans(scans()), o, tree(name));
+  }
+
+  static TemporaryDirectory* folder_;
+};
+TemporaryDirectory* LevelDecisionTest::folder_ = nullptr;
+
+TEST_F(LevelDecisionTest, MeasuresWhatCanBeRegisteredOnAnyNumberOfThreads) {
+  const LevelDecision two = decide(small(), "two"), one = decide(small(1), "one");
+  EXPECT_THAT(two.summary.scans, ElementsAre("p0", "p1", "p2"));
+  EXPECT_THAT(two.summary.left_out, ElementsAre("ball"));
+  EXPECT_EQ(two.summary.criterion, LevelCriterion::deviation);
+  EXPECT_EQ(read_file(tree("one").hierarchy()), read_file(tree("two").hierarchy()));
+  EXPECT_EQ(two.reference.levels.back().vertex_count, 6001);
+  EXPECT_NO_THROW(mirrored_triangles(two.reference.levels.back().F, two.reference.mirror));
+}
+
+TEST_F(LevelDecisionTest, StandsForScansThatComeLater) {
+  BuildPipelineOptions o = small();
+  const LevelDecision first = decide(o, "kept");
+  o.resume = true;
+  const LevelDecision again = decide_levels(default_reference_face(), {}, o, tree("kept"));  // other scans
+  EXPECT_TRUE(again.summary.kept);
+  EXPECT_EQ(again.summary.scans, first.summary.scans);
+  EXPECT_THAT(again.reference.V, SameBytes(first.reference.V));
+  EXPECT_EQ(again.reference.mirror, first.reference.mirror);
+  EXPECT_EQ(again.reference.regions, first.reference.regions);
+  for (size_t l = 0; l < first.reference.levels.size(); ++l)
+    EXPECT_TRUE(again.reference.levels[l].F == first.reference.levels[l].F);
+  o.levels = {3448, 6003};  // another question
+  EXPECT_FALSE(decide_levels(default_reference_face(), {}, o, tree("kept")).summary.kept);
+}
+
+TEST_F(LevelDecisionTest, IsMadeAgainIfItsFileIsDamaged) {
+  BuildPipelineOptions o = small();
+  o.criterion = LevelCriterion::length;
+  decide(o, "damaged");
+  const std::string whole = read_file(tree("damaged").hierarchy());
+  o.resume = true;
+  EXPECT_TRUE(decide(o, "damaged").summary.kept);
+  std::string wrong = whole;
+  wrong.replace(wrong.rfind("],["), 3, "],[0,");
+  for (const std::string& bytes : {whole.substr(0, whole.size() / 2), wrong, std::string("{}")}) {
+    write_file(tree("damaged").hierarchy(), bytes);
+    EXPECT_FALSE(decide(o, "damaged").summary.kept);
+    EXPECT_EQ(read_file(tree("damaged").hierarchy()), whole);
+  }
+}
+
+TEST_F(LevelDecisionTest, FallsBackOnTheReferenceWithoutEnoughScansAndAsksAgainNextTime) {
+  BuildPipelineOptions o = small();
+  std::vector<ScanFiles> files = find_scans(scans());
+  files.resize(2);
+  const LevelDecision alone = decide_levels(default_reference_face(), files, o, tree("few"));
+  EXPECT_EQ(alone.summary.criterion, LevelCriterion::bend);
+  EXPECT_TRUE(alone.reference.levels.back().F == build_template(default_reference_face(), o.levels).levels.back().F);
+  o.resume = true;
+  const LevelDecision later = decide(o, "few");
+  EXPECT_FALSE(later.summary.kept);
+  EXPECT_EQ(later.summary.criterion, LevelCriterion::deviation);
+}
+
+TEST_F(LevelDecisionTest, ASingleLevelNeedsNoScans) {
+  BuildPipelineOptions o = small();
+  o.levels = {3448};
+  const LevelDecision d = decide(o, "single");
+  EXPECT_THAT(d.summary.scans, IsEmpty());
+  EXPECT_EQ(d.reference.levels.back().F.rows(), 6736);
+}
+
+}  // namespace
+}  // namespace facewright
