@@ -23,6 +23,8 @@ using Eigen::Vector3d;
 
 constexpr int least_landmarks = 6;      // fewer leave no more than a similarity for the start
 constexpr double merge_distance = 0.8;  // mm: landmarks nearer than this share a vertex if the slit does not part them
+constexpr double close_enough = 1;      // mm: landmarks the surface passes at more draw it towards them
+constexpr double bump = 4;              // mm, standard deviation of such a pull
 constexpr double off_face = 3;          // mm: a landmark farther from the cropped face than this is left out
 
 Vector3d mirrored(const Vector3d& p) { return {-p.x(), p.y(), p.z()}; }
@@ -80,6 +82,7 @@ class Maker {
     make_symmetric(given);
     cut();
     mark();
+    draw_to_landmarks();
     tell("meshing", 0);
     assemble(mesh_anew());
     tell("meshing", 1);
@@ -108,7 +111,7 @@ class Maker {
     const auto& bad = registration_.summary.landmarks_rejected;
     for (const auto& [name, point] : registration_.landmarks) {
       if (std::find(bad.begin(), bad.end(), name) != bad.end()) {
-        summary().left_out.push_back(name + ": the other landmarks contradict it");
+        summary().left_out[name] = "the other landmarks contradict it";
         continue;
       }
       given_[name] = point;
@@ -151,21 +154,23 @@ class Maker {
       }
     }
     summary().nearest_rim = INFINITY;
-    for (const int v : border_loop(half_))
-      if (!half_.slit[static_cast<size_t>(v)] && (!half_.midline[static_cast<size_t>(v)] || is_rim_end(v))) {
-        summary().nearest_rim = std::min(summary().nearest_rim, distance[v]);
-        summary().farthest_rim = std::max(summary().farthest_rim, distance[v]);
-      }
+    for (const int v : rim()) {
+      summary().nearest_rim = std::min(summary().nearest_rim, distance[v]);
+      summary().farthest_rim = std::max(summary().farthest_rim, distance[v]);
+    }
   }
 
-  bool is_rim_end(int v) const {
-    const std::vector<int> loop = border_loop(half_);
-    const auto i = static_cast<size_t>(std::find(loop.begin(), loop.end(), v) - loop.begin()), n = loop.size();
-    const auto plain = [&](size_t k) {
-      const auto w = static_cast<size_t>(loop[k % n]);
-      return !half_.midline[w] && !half_.slit[w];
+  // The half's share of the outer border, from midline to midline.
+  std::vector<int> rim() const {
+    std::vector<int> loop = border_loop(half_), line;
+    const auto inside = [&](int v) {
+      return !half_.midline[static_cast<size_t>(v)] && !half_.slit[static_cast<size_t>(v)];
     };
-    return plain(i + 1) || plain(i + n - 1);
+    const size_t n = loop.size();
+    for (size_t i = 0; i < n; ++i)
+      if (inside(loop[i]) || inside(loop[(i + 1) % n]) || inside(loop[(i + n - 1) % n]))
+        if (!half_.slit[static_cast<size_t>(loop[i])]) line.push_back(loop[i]);
+    return line;
   }
 
   LandmarkWish wish_for(const std::string& name, const Vector3d& p) const {
@@ -188,6 +193,10 @@ class Maker {
       LandmarkWish wish = wish_for(name, symmetric_.V.row(mark.vertex));
       if (wish.near >= 0) wishes.emplace_back(name, wish);
     }
+    for (const int v : rim())
+      if (half_.midline[static_cast<size_t>(v)]) fixed_.push_back(v);
+    if (const LipMargins lips = lip_margins(half_); !lips.upper.empty())
+      fixed_.push_back(mouth_corner_ = lips.upper.back());
     for (const auto& [name, wish] : wishes) place(name, wish, wanted_.count(name) && wanted_.at(name).position.x() < 0);
   }
 
@@ -197,26 +206,43 @@ class Maker {
     const int v = mark_on_half(half_, wish);
     const double distance = (half_.shape.row(v).transpose() - wish.position).norm();
     if (distance > off_face) {
-      std::ostringstream text;
-      text << name << ": " << distance << " mm from the reference's surface";
-      summary().left_out.push_back(text.str());
+      for (const std::string& side : {name, mirrored_landmark(name)})
+        if (given_.count(side)) summary().left_out[side] = "off the reference's surface, or beyond its rim";
       return;
     }
-    marks_.push_back({name, share(v), on_right});
+    marks_.push_back({name, share(v), on_right, wish.position});
   }
 
-  // A vertex that is marked already, if one is near enough, else v.
-  int share(int v) {
-    for (const int other : fixed_) {
-      const bool parted =
-          options_.mouth_slit && half_.slit[static_cast<size_t>(v)] != half_.slit[static_cast<size_t>(other)];
-      const bool lips =
-          options_.mouth_slit && half_.slit[static_cast<size_t>(v)] && half_.slit[static_cast<size_t>(other)];
-      if (other == v || (!parted && !lips && (half_.shape.row(v) - half_.shape.row(other)).norm() < merge_distance))
-        return other;
+  // Where the registration passed a given landmark by more than a millimetre, the surface is drawn towards it, so that
+  // it passes at one: a bump of a few millimetres, on both halves.
+  void draw_to_landmarks() {
+    Vertices drawn = half_.shape;
+    for (const Mark& m : marks_) {
+      if (!given_.count(m.name) && !given_.count(mirrored_landmark(m.name))) continue;
+      const Vector3d at = half_.shape.row(m.vertex), missing = m.wanted - at;
+      if (missing.norm() <= close_enough) continue;
+      const Eigen::RowVector3d step = (1 - close_enough / missing.norm()) * missing.transpose();
+      for (Eigen::Index v = 0; v < drawn.rows(); ++v)
+        drawn.row(v) += std::exp(-0.5 * (half_.shape.row(v).transpose() - at).squaredNorm() / (bump * bump)) * step;
     }
+    for (int v = 0; v < half_.count(); ++v)
+      if (half_.midline[static_cast<size_t>(v)]) drawn(v, 0) = 0;
+    half_.shape = drawn;
+  }
+
+  // A vertex that is marked already (or the corner of the mouth), if one is near enough, else v.
+  int share(int v) {
+    for (const int other : fixed_)
+      if (other == v || (!parted(v, other) && (half_.shape.row(v) - half_.shape.row(other)).norm() < merge_distance))
+        return other;
     fixed_.push_back(v);
     return v;
+  }
+
+  // Points of the two lips may touch and are not the same; their margins meet in the corner.
+  bool parted(int a, int b) const {
+    if (!options_.mouth_slit || a == mouth_corner_ || b == mouth_corner_) return false;
+    return half_.slit[static_cast<size_t>(a)] || half_.slit[static_cast<size_t>(b)];
   }
 
   RemeshedHalf mesh_anew() {
@@ -287,6 +313,7 @@ class Maker {
     std::string name;
     int vertex;  // of half_
     bool on_right;
+    Vector3d wanted;  // on the left half
   };
 
   const MakeReferenceOptions& options_;
@@ -298,7 +325,8 @@ class Maker {
   Landmarks given_, wanted_;  // in the head frame: as given, and made symmetric
   HalfFace half_;
   std::vector<Mark> marks_;
-  std::vector<int> fixed_;
+  std::vector<int> fixed_;  // vertices of half_ that stay
+  int mouth_corner_ = -1;
   MakeReferenceResult result_;
 };
 

@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,9 @@ struct ReferenceLandmark {
 };
 
 struct MakeReferenceSummary {
-  std::vector<ReferenceLandmark> landmarks;        ///< marked, in order of their names
-  std::vector<std::string> left_out;               ///< given, but not used, with the reason
+  std::vector<ReferenceLandmark> landmarks;  ///< marked, in order of their names
+  /// Given, but not marked where they were given: name and reason.
+  std::map<std::string, std::string, LandmarkNameOrder> left_out;
   double symmetric_mean = 0, symmetric_max = 0;    ///< mm, over the landmarks given
   double registered_mean = 0, registered_max = 0;  ///< mm, over the landmarks given
   int eyeballs_removed = 0;                        ///< parts

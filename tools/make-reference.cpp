@@ -3,6 +3,7 @@
 // A reference face of one's own from any head mesh and its landmarks.
 #include <cstdio>
 #include <iostream>
+#include <map>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/io/mesh_files.h"
@@ -21,8 +22,14 @@ std::string rounded(double x, int digits) {
   return text;
 }
 
-void print_summary(const CommonOptions& common, const MakeReferenceSummary& s) {
-  for (const std::string& why : s.left_out) std::cerr << "make-reference: landmark " << why << "\n";
+void print_summary(const CommonOptions& common, const MakeReferenceSummary& s, double radius) {
+  std::map<std::string, std::string> reasons;
+  for (const auto& [name, reason] : s.left_out) reasons[reason] += " " + name;
+  for (const auto& [reason, names] : reasons)
+    std::cerr << "make-reference: landmarks left out (" << reason << "):" << names << "\n";
+  if (radius > s.farthest_rim + 1)
+    std::cerr << "make-reference: --radius " << rounded(radius, 0) << " was not reached: the built-in face ends "
+              << rounded(s.nearest_rim, 0) << " to " << rounded(s.farthest_rim, 0) << " mm from the tip of the nose\n";
   if (s.off_mesh_percent > 10)
     std::cerr << "make-reference: " << rounded(s.off_mesh_percent, 0)
               << " % of the face lies off the mesh and was filled in; a smaller --radius leaves it out\n";
@@ -85,7 +92,7 @@ int main(int argc, char** argv) {
     }
     save_reference_file(common.output, result.face);
     if (!save_mesh.empty()) write_ply(save_mesh, result.face.mesh);
-    print_summary(common, result.summary);
+    print_summary(common, result.summary, options.radius);
     report(common, "make-reference: wrote " + common.output.string());
     return ExitCode::ok;
   });
