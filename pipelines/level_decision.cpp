@@ -12,6 +12,7 @@
 #include "libmodel/core/topology.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/sha256.h"
+#include "libregister/reference/regions.h"
 #include "libregister/registration/register_scan.h"
 #include "libregister/subdivision/deviation.h"
 #include "libregister/subdivision/journal.h"
@@ -26,7 +27,7 @@ constexpr size_t kLeastFaces = 3;  // fewer say more about themselves than about
 constexpr int kMostVertices = 60000;
 
 void add_regions(const ReferenceFace& face, MultiresTemplate* t) {
-  for (const auto& [name, vertices] : face.regions) t->regions[name] = refine_region(*t, vertices);
+  t->regions = template_regions(*t, face.regions);
 }
 
 // Base mesh, its second step, and a uniform mesh about as fine as the finest level.

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "libmodel/core/errors.h"
+#include "libregister/reference/regions.h"
 
 namespace facewright {
 namespace {
@@ -163,7 +164,7 @@ ReferenceFace parse_reference(const std::string& text, const std::string& name) 
 MultiresTemplate build_template(const ReferenceFace& face, const std::vector<int>& budgets,
                                 const HierarchyOptions& options) {
   MultiresTemplate result = build_hierarchy(face.mesh, face.mirror, face.landmarks, budgets, options);
-  for (const auto& [name, vertices] : face.regions) result.regions[name] = refine_region(result, vertices);
+  result.regions = template_regions(result, face.regions);
   return result;
 }
 

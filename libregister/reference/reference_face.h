@@ -54,7 +54,7 @@ MultiresTemplate reference_from_mesh(const Mesh& mesh, const Landmarks& landmark
 ReferenceFace default_reference_face();
 
 /// The built-in face with its levels 845 -> 3448 -> 16759 -> 29587 (vertices), landmarks (all vertices) and regions:
-/// left_eye, right_eye, left_brow, right_brow, nose, nostrils, lips, mouth_slit, rim. About 0.1 s.
+/// those of face_regions, left_contour, right_contour (regions.h). About 0.1 s.
 MultiresTemplate default_reference();
 
 }  // namespace facewright

@@ -106,14 +106,21 @@ std::vector<int> refine_path(const MultiresTemplate& reference, const std::vecto
 }
 
 RegionMap template_regions(const MultiresTemplate& reference, const RegionMap& base_regions) {
-  const Mesh finest = reference.level_mesh(static_cast<int>(reference.levels.size()) - 1);
   const Mesh base = reference.level_mesh(0);
-  RegionMap regions;
-  for (const auto& [name, vertices] : base_regions)
-    if (!name.ends_with("_contour")) regions[name] = refine_region(reference, vertices);
+  const Mesh finest = reference.level_mesh(static_cast<int>(reference.levels.size()) - 1);
   // Marks refer to the base triangles: the places hold for every level.
-  for (auto& [name, vertices] : face_regions(finest, locate(reference.landmarks, base.V, base.F), reference.mirror))
-    regions.try_emplace(name, std::move(vertices));
+  const Landmarks marks = locate(reference.landmarks, base.V, base.F);
+  const size_t n = reference.mirror.empty() ? 0 : static_cast<size_t>(base.V.rows());
+  const RegionMap derived = face_regions(base, marks, {reference.mirror.begin(), reference.mirror.begin() + n});
+  RegionMap regions = face_regions(finest, marks, reference.mirror);
+  for (const auto& [name, vertices] : base_regions) {
+    const auto same = derived.find(name);
+    const bool drawn_by_us = same != derived.end() && same->second == vertices && regions.count(name);
+    if (!drawn_by_us && !name.ends_with("_contour")) regions[name] = refine_region(reference, vertices);
+  }
+  for (const char* border : {"rim", "mouth_slit"})
+    if (const auto given = base_regions.find(border); given != base_regions.end())
+      regions[border] = refine_region(reference, given->second);
   add_contours(reference, regions);
   return regions;
 }

@@ -38,10 +38,11 @@ std::vector<int> landmark_path(const Mesh& mesh, const LandmarkSet& landmarks, c
 /// only gains vertices, and the path on a level is the part below its vertex count. In order.
 std::vector<int> refine_path(const MultiresTemplate& reference, const std::vector<int>& base_path);
 
-/// All regions of the finest level of `reference`: those given for the base level carried up (refine_region), the ones
-/// of face_regions that are not among them, and "left_contour" and "right_contour", the occluding-contour candidates:
-/// the path along the jaw from ear to chin (landmarks 17 to 10 and 1 to 8, the chin's 9 left out). The vertices of a
-/// region on level l are those below its vertex count.
+/// All regions of the finest level of `reference`: those of face_regions, drawn on the finest level; the ones given for
+/// the base level, if they are not what face_regions gives there, carried up instead (refine_region: a vertex belongs
+/// if its parents do); and "left_contour" and "right_contour", the occluding-contour candidates: the path along the jaw
+/// from ear to chin (landmarks 17 to 10 and 1 to 8, the chin's 9 left out), in that order. The vertices of a region on
+/// level l are those below its vertex count. Without eye landmarks there are only the given regions and the borders.
 RegionMap template_regions(const MultiresTemplate& reference, const RegionMap& base_regions);
 
 }  // namespace facewright
