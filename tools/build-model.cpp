@@ -24,18 +24,18 @@ LevelCriterion criterion_from_name(const std::string& name) {
   return LevelCriterion::deviation;
 }
 
-// "surrey", or vertex counts.
+// For CLI11: what is wrong with a word of --levels, or nothing.
+std::string check_level(const std::string& word) {
+  const bool count = !word.empty() && word.size() < 10 && word.find_first_not_of("0123456789") == std::string::npos;
+  return count || word == "surrey" ? "" : "expected vertex counts or the preset surrey, got " + word;
+}
+
 std::vector<int> levels_from(const std::vector<std::string>& words) {
   if (words == std::vector<std::string>{"surrey"}) return {3448, 16759, 29587};
   std::vector<int> levels;
   for (const std::string& word : words) {
-    size_t read = 0;
-    try {
-      levels.push_back(std::stoi(word, &read));
-    } catch (const std::exception&) {
-    }
-    if (read == 0 || read != word.size())
-      throw InvalidInput("levels: expected vertex counts or the preset \"surrey\", got \"" + word + "\"");
+    if (word == "surrey") throw InvalidInput("levels: the preset surrey stands alone");
+    levels.push_back(std::stoi(word));
   }
   return levels;
 }
@@ -75,7 +75,8 @@ int main(int argc, char** argv) {
          "Folder of scans (OBJ, PLY, STL, OFF, glTF) with ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson beside each")
       ->required();
   app.add_option("--levels", levels, "Vertex counts of the model's levels, increasing; surrey: 3448,16759,29587")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->check(check_level);
   app.add_option(
          "--criterion", criterion,
          "What decides which edges are split first: deviation of the registered scans from the coarser surface, "
