@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facewright: multi-resolution 3D morphable face models.
+#include <algorithm>
 #include <cstdio>
-#include <iostream>
 
-#include "libmodel/core/topology.h"
+#include "libmodel/core/errors.h"
+#include "libmodel/interop/exported_levels.h"
 #include "libmodel/model/check_model.h"
+#include "libmodel/model/level_topology.h"
 #include "libmodel/model/model_file.h"
 #include "tools/cli.h"
 using namespace facewright;
@@ -12,10 +14,19 @@ using namespace facewright;
 namespace {
 
 void print_levels(const MorphableModel& model) {
-  std::printf("%-7s %9s %10s %9s %6s\n", "level", "vertices", "triangles", "boundary", "Euler");
-  for (int l = 0; l < model.level_count(); ++l)
-    std::printf("%-7d %9d %10d %9d %6d\n", l, model.vertex_count(l), static_cast<int>(model.faces(l).rows()),
-                boundary_edge_count(model.faces(l)), euler_characteristic(model.faces(l)));
+  std::printf("%-7s %9s %10s %9s %6s %9s %9s %s\n", "level", "vertices", "triangles", "boundary", "Euler", "manifold",
+              "oriented", "mirror");
+  const std::vector<LevelTopology> all = level_topologies(model);
+  const int first = static_cast<int>(all.size()) - model.level_count();  // the base, where it is no level
+  for (int i = 0; i < static_cast<int>(all.size()); ++i) {
+    const LevelTopology& t = all[static_cast<size_t>(i)];
+    std::printf("%-7s %9d %10d %9d %6d %9s %9s %s\n", i < first ? "base" : std::to_string(i - first).c_str(),
+                t.vertices, t.triangles, t.boundary_edges, t.euler, t.manifold ? "yes" : "NO",
+                t.oriented ? "yes" : "NO",
+                !t.has_mirror          ? "none"
+                : t.mirror_errors == 0 ? "exact"
+                                       : (std::to_string(t.mirror_errors) + " errors").c_str());
+  }
 }
 
 // Cumulative shares of the variance that was kept.
@@ -32,22 +43,35 @@ void print_modes(const char* name, const PcaModel& pca) {
   std::printf("\n");
 }
 
-void print_rest(const MorphableModel& model) {
-  std::printf("landmarks: %d\n", static_cast<int>(model.landmarks().size()));
-  std::printf("texture coordinates: %s\n", model.uv().rows() > 0 ? "yes" : "no");
-  std::printf("symmetry: %s, parents: %d, regions: %d\n", model.mirror().empty() ? "no" : "yes",
-              static_cast<int>(model.parents().size()), static_cast<int>(model.regions().size()));
+void print_companions(const MorphableModel& model) {
+  const int n = static_cast<int>(model.landmarks().size());
+  const int off = static_cast<int>(model.levels().front().landmark_points.size());
+  std::printf("landmarks: %d, %d of them at vertices\n", n, n - off);
+  std::printf("texture coordinates: %s, parents: %d\n", model.uv().rows() > 0 ? "yes" : "no",
+              static_cast<int>(model.parents().size()));
+  if (!model.regions().empty()) std::printf("%-16s", "region");
+  for (int l = 0; l < model.level_count() && !model.regions().empty(); ++l)
+    std::printf(" %8d%s", model.vertex_count(l), l + 1 == model.level_count() ? "\n" : "");
+  for (const auto& [name, finest] : model.regions()) {
+    std::printf("%-16s", name.c_str());
+    for (int l = 0; l < model.level_count(); ++l) {
+      const int count = model.vertex_count(l);
+      std::printf(" %8d",
+                  static_cast<int>(std::count_if(finest.begin(), finest.end(), [count](int v) { return v < count; })));
+    }
+    std::printf("\n");
+  }
+}
+
+void print_provenance(const MorphableModel& model) {
   for (const auto& [key, value] : model.provenance())
     std::printf("provenance %s: %.200s%s\n", key.c_str(), value.c_str(), value.size() > 200 ? " ..." : "");
 }
 
-bool print_checks(const std::vector<ModelCheck>& checks) {
-  bool all = true;
+void print_checks(const std::vector<ModelCheck>& checks) {
   for (const ModelCheck& check : checks) {
     std::printf("%-6s %s (%s)\n", check.holds ? "ok" : "FAILED", check.property.c_str(), check.detail.c_str());
-    all = all && check.holds;
   }
-  return all;
 }
 
 }  // namespace
@@ -56,17 +80,35 @@ int main(int argc, char** argv) {
   CLI::App app("Shows what is in a model file, and proves its properties.", "model-info");
   CommonOptions common;
   add_common_options(app, common, CommonFlags::none, "model-info model.h5 --check");
-  std::string input;
+  std::string input, exports;
   bool check = false;
   app.add_option("model", input, "Model (.h5)")->required()->check(CLI::ExistingFile);
   app.add_flag("--check", check, "Prove nesting of the levels, orthonormality, order; exit code 1 if anything fails");
+  app.add_option("--exports", exports,
+                 "With --check: also read the files of a build's levels/ and export/ back and prove their nesting")
+      ->check(CLI::ExistingDirectory);
   return run_program(argc, argv, app, common, [&] {
-    const MorphableModel model = load_model(input);
-    print_levels(model);
-    print_modes("shape", model.shape());
-    print_modes("colour", model.colour());
-    if (model.expression()) print_modes("expression", *model.expression());
-    print_rest(model);
-    return !check || print_checks(check_model_file(input)) ? ExitCode::ok : ExitCode::failed;
+    if (!exports.empty() && !check) throw InvalidInput("--exports needs --check");
+    // The check goes first: a file whose levels do not nest is refused when it is loaded as a whole.
+    std::vector<ModelCheck> checks;
+    if (check) checks = check_model_file(input);
+    if (!exports.empty())
+      for (const ExportNesting& e : exported_nesting(exports))
+        for (const NestingRow& row : e.rows) {
+          checks.push_back(nesting_check(row));
+          checks.back().property = e.file + " " + checks.back().property;
+        }
+    const bool nested = std::all_of(checks.begin(), checks.end(), [](const ModelCheck& c) { return c.holds; });
+    if (nested) {
+      const MorphableModel model = load_model(input);
+      print_levels(model);
+      print_modes("shape", model.shape());
+      print_modes("colour", model.colour());
+      if (model.expression()) print_modes("expression", *model.expression());
+      print_companions(model);
+      print_provenance(model);
+    }
+    print_checks(checks);
+    return nested ? ExitCode::ok : ExitCode::failed;
   });
 }

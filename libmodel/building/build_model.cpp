@@ -45,10 +45,12 @@ std::vector<double> cumulative_shares(const PcaModel& model, double total) {
 MorphableModelParts parts_of(const MultiresTemplate& reference, int first_level) {
   MorphableModelParts parts;
   for (size_t l = static_cast<size_t>(first_level); l < reference.levels.size(); ++l)
-    parts.levels.push_back({reference.levels[l].vertex_count, reference.levels[l].F});
+    parts.levels.push_back(
+        {reference.levels[l].vertex_count, reference.levels[l].F, landmark_points(reference, static_cast<int>(l))});
   parts.landmarks = landmarks_on_vertices(reference.landmarks, reference.levels.front().F, parts.levels.front().F);
   parts.mirror = reference.mirror;
   parts.parents = reference.parents;
+  parts.base_faces = reference.levels.front().F;
   parts.regions = reference.regions;
   return parts;
 }

@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "libmodel/model/morphable_model.h"
@@ -12,5 +13,9 @@ namespace facewright {
 /// colour and texture coordinates only, what the Surrey face models use). float32; v runs down in eos. Throws
 /// InvalidInput for a model of several levels or another version.
 std::string eos_model_bytes(const MorphableModel& model, int version = 4);
+
+/// Reads an eos .bin file of class version 1 to 4 as a model of one level, v up again. Expressions must be a PCA model:
+/// blendshapes are refused. Throws IoError.
+MorphableModel read_eos_model(const std::filesystem::path& path);
 
 }  // namespace facewright

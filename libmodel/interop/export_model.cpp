@@ -6,6 +6,7 @@
 
 #include "libmodel/core/errors.h"
 #include "libmodel/interop/eos_model.h"
+#include "libmodel/interop/exported_levels.h"
 #include "libmodel/interop/gltf.h"
 #include "libmodel/interop/level_files.h"
 #include "libmodel/interop/npz.h"
@@ -67,6 +68,10 @@ void export_all(const std::filesystem::path& folder, const MorphableModel& model
     if (!model.mirror().empty())
       write_file(folder / (eos + "_symmetry.txt"), symmetry_text(model.mirror(), model.vertex_count(l)));
   }
+  const std::vector<ExportNesting> proof = nesting_of_exports(folder);
+  write_file(folder / "nesting.json", nesting_json(proof));
+  for (const ExportNesting& e : proof)
+    if (!all_hold(e.rows)) throw SolverError("export: the levels of " + e.file + " do not nest; see nesting.json");
 }
 
 }  // namespace facewright

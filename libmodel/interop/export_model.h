@@ -36,7 +36,8 @@ void export_model(const std::filesystem::path& path, const MorphableModel& model
 
 /// Writes every level V of a model into `folder` in all model formats: eos_V.bin with its companions
 /// (eos_V_landmarks.txt, eos_V_contours.json, eos_V_edge_topology.json, eos_V_symmetry.txt), statismo_V.h5,
-/// model_V.npz, model_V.glb.
+/// model_V.npz, model_V.glb. Then reads them back and writes nesting.json, the proof that the levels nest in every
+/// format; throws SolverError if one does not.
 void export_all(const std::filesystem::path& folder, const MorphableModel& model, const ExportOptions& options = {});
 
 /// Landmark names to vertices as eos reads them (TOML).

@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #pragma once
 
+#include <filesystem>
 #include <string>
 
 #include "libmodel/model/morphable_model.h"
@@ -12,5 +13,8 @@ namespace facewright {
 /// same for colour (linear RGB) and expression, all float32; faces (M, 3), mirror (N), landmark_vertices (L) int32;
 /// uv (N, 2) float64; landmark_names (L) unicode. instance = mean + basis @ (sqrt(variances) * c).
 std::string npz_bytes(const MorphableModel& model);
+
+/// Reads such an archive (stored, not compressed) as a model of one level. Throws IoError.
+MorphableModel read_npz_model(const std::filesystem::path& path);
 
 }  // namespace facewright

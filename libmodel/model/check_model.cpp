@@ -2,11 +2,12 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/model/check_model.h"
 
-#include <set>
+#include <algorithm>
 #include <sstream>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/core/topology.h"
+#include "libmodel/model/level_topology.h"
 #include "libmodel/model/model_file.h"
 
 namespace facewright {
@@ -34,44 +35,25 @@ ModelCheck check_variances(const std::string& name, const PcaModel& pca) {
   }
 }
 
-ModelCheck check_triangles(int vertex_count, const Faces& F) {
-  const std::string property = "triangles of " + std::to_string(vertex_count) + " vertices are a manifold";
-  try {
-    const std::set<int> used(F.data(), F.data() + F.size());
-    const int unused = vertex_count - static_cast<int>(used.size());
-    boundary_loops(F);
-    return {property, unused == 0,
-            std::to_string(F.rows()) + " triangles, " + std::to_string(unused) + " vertices in none"};
-  } catch (const InvalidInput& error) {
-    return {property, false, error.what()};
-  }
+ModelCheck check_triangles(const LevelTopology& t) {
+  std::ostringstream detail;
+  detail << t.triangles << " triangles, " << t.boundary_edges << " boundary edges, Euler characteristic " << t.euler
+         << (t.manifold ? "" : ", NOT manifold or with unused vertices") << (t.oriented ? "" : ", NOT oriented");
+  if (t.has_mirror) detail << ", " << t.mirror_errors << " mirror errors";
+  return {"triangles of " + std::to_string(t.vertices) + " vertices are an oriented manifold" +
+              (t.has_mirror ? ", their mirror table an exact involution" : ""),
+          t.sound(), detail.str()};
 }
 
-bool leads(const PcaModel& part, const PcaModel& whole) {
-  const Eigen::Index rows = part.mean.size();
-  return rows <= whole.mean.size() && part.mode_count() == whole.mode_count() && part.mean == whole.mean.head(rows) &&
-         (part.mode_count() == 0 || (part.basis == whole.basis.topRows(rows) && part.variances == whole.variances));
-}
-
-bool same_landmarks(const LandmarkSet& a, const LandmarkSet& b) {
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), [](const auto& x, const auto& y) {
-           return x.first == y.first && x.second.vertex == y.second.vertex;
-         });
-}
-
-void check_nesting(std::vector<ModelCheck>& checks, const MorphableModel& part, const MorphableModel& whole) {
-  const int n = part.vertex_count();
-  const std::string which = " of " + std::to_string(n) + " vertices lead the finest level's";
-  checks.push_back({"shape rows" + which, leads(part.shape(), whole.shape()), "mean, basis and variances, bit by bit"});
-  if (whole.has_colour())
-    checks.push_back({"colour rows" + which, leads(part.colour(), whole.colour()), "mean, basis, variances"});
-  if (whole.uv().rows() > 0) {
-    const bool same = part.uv().rows() == n && part.uv() == whole.uv().topRows(n);
-    checks.push_back({"texture coordinates" + which, same, "bit by bit"});
-  }
-  checks.push_back({"landmarks at " + std::to_string(n) + " vertices are the finest level's",
-                    same_landmarks(part.landmarks(), whole.landmarks()),
-                    std::to_string(whole.landmarks().size()) + " landmarks"});
+ModelCheck check_edges(const std::filesystem::path& path, const std::string& group, const MorphableModel& level) {
+  const std::vector<Edge> stored = stored_edges(path, group), own = level.edge_topology();
+  const bool same = stored.size() == own.size() &&
+                    std::equal(own.begin(), own.end(), stored.begin(), [](const Edge& x, const Edge& y) {
+                      return x.v0 == y.v0 && x.v1 == y.v1 && x.f0 == y.f0 && x.f1 == y.f1;
+                    });
+  return {"edge topology of " + std::to_string(level.vertex_count()) + " vertices is that of its triangles",
+          stored.empty() || same,
+          std::to_string(stored.size()) + " edges stored, " + std::to_string(own.size()) + " found"};
 }
 
 }  // namespace
@@ -85,17 +67,36 @@ std::vector<ModelCheck> check_model(const MorphableModel& model) {
   add("shape", model.shape());
   if (model.has_colour()) add("colour", model.colour());
   if (model.expression()) add("expression", *model.expression());
-  for (int l = 0; l < model.level_count(); ++l)
-    checks.push_back(check_triangles(model.vertex_count(l), model.faces(l)));
+  for (const LevelTopology& t : level_topologies(model)) checks.push_back(check_triangles(t));
   return checks;
 }
 
+ModelCheck nesting_check(const NestingRow& row) {
+  std::ostringstream detail;
+  detail << "maximum deviation " << row.deviation << (row.unit.empty() ? "" : " ") << row.unit;
+  if (row.tolerance > 0) detail << ", rounding allows " << row.tolerance;
+  return {std::to_string(row.coarse) + " in " + std::to_string(row.fine) + ": " + row.quantity, row.holds(),
+          detail.str()};
+}
+
 std::vector<ModelCheck> check_model_file(const std::filesystem::path& path) {
-  const MorphableModel model = load_model(path);
-  std::vector<ModelCheck> checks = check_model(model);
-  if (model.level_count() > 1)
-    for (int l = 0; l < model.level_count(); ++l)
-      check_nesting(checks, load_model(path, "/level" + std::to_string(l)), model);
+  const std::vector<int> levels = stored_levels(path);
+  if (levels.empty()) return check_model(load_model(path));
+  // Level by level, since the whole is refused where positions do not nest: here the figure is wanted.
+  std::vector<ModelCheck> checks;
+  MorphableModel coarse;
+  for (size_t l = 0; l < levels.size(); ++l) {
+    const std::string group = "/level" + std::to_string(l);
+    MorphableModel level = load_model(path, group);
+    for (ModelCheck& check : check_model(level))
+      if (l == 0 || check.property.rfind("triangles", 0) != 0 ||
+          check.property.find(" " + std::to_string(level.vertex_count()) + " ") != std::string::npos)
+        checks.push_back(std::move(check));
+    checks.push_back(check_edges(path, group, level));
+    if (l > 0)
+      for (const NestingRow& row : compare_levels(coarse, level)) checks.push_back(nesting_check(row));
+    coarse = std::move(level);
+  }
   return checks;
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libmodel/model/morphable_model.h"
+#include "libmodel/model/nesting.h"
 
 namespace facewright {
 
@@ -18,11 +19,15 @@ struct ModelCheck {
 };
 
 /// What every model must satisfy: orthonormal bases of the finest level (max |B'B - I| < 1e-5, float32 storage),
-/// variances in order, manifold triangles that use every vertex. O(N K^2).
+/// variances in order, oriented manifold triangles that use every vertex, an exact symmetry table. O(N K^2).
 std::vector<ModelCheck> check_model(const MorphableModel& model);
 
-/// The same for a model file, plus the proof that each stored level is the leading part of the finest: means, bases,
-/// texture coordinates, landmark vertices and variances are compared bit by bit. Throws IoError like load_model.
+/// One row of the nesting proof, with its figure.
+ModelCheck nesting_check(const NestingRow& row);
+
+/// The same for every level of a model file, plus the proof that each level is the leading part of the next finer one:
+/// everything stored with the levels is compared, with the largest deviation of each quantity (compare_levels), and the
+/// stored edge topology with the triangles. Throws IoError like load_model.
 std::vector<ModelCheck> check_model_file(const std::filesystem::path& path);
 
 }  // namespace facewright

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "libmodel/model/morphable_model.h"
 
@@ -23,5 +24,12 @@ std::string serialise_model(const MorphableModel& model);
 /// move to the nearest vertex of the mean. Throws IoError naming the dataset, what was expected and what came; a level
 /// whose mean is not the leading part of the finest is refused.
 MorphableModel load_model(const std::filesystem::path& path, const std::string& group = "/");
+
+/// Vertex counts of the levels /level0, /level1, ... of a file, coarsest first; empty if it has no such groups.
+std::vector<int> stored_levels(const std::filesystem::path& path);
+
+/// The edge topology as stored with a level, for readers that do not want to work it out (0-based, -1 = no triangle);
+/// empty if there is none. MorphableModel::edge_topology is the same.
+std::vector<Edge> stored_edges(const std::filesystem::path& path, const std::string& group = "/");
 
 }  // namespace facewright

@@ -96,6 +96,35 @@ LandmarkSet read_landmarks_of(const Hdf5Reader& h5, const std::string& metadata,
   return marks;
 }
 
+// The places that are no vertices; the others follow from their vertex.
+std::map<std::string, SurfacePoint, LandmarkNameOrder> read_landmark_points(const Hdf5Reader& h5,
+                                                                            const std::string& ext) {
+  std::map<std::string, SurfacePoint, LandmarkNameOrder> points;
+  const std::string path = ext + "/landmark_points";
+  if (!h5.has(path)) return points;
+  for (const auto& [name, entry] : from_json<std::map<std::string, json>>(h5, path)) {
+    const auto b = entry.value("barycentric", std::vector<double>{});
+    if (b.size() != 3) h5.fail(path, "has an entry without three barycentric coordinates: " + name);
+    if (entry.value("vertex", -1) < 0) points[name] = {entry.value("triangle", -1), {b[0], b[1], b[2]}};
+  }
+  return points;
+}
+
+Faces read_triangles(const Hdf5Reader& h5, const std::string& path) {
+  const RowMatrixXi table = h5.integers(path);
+  if (table.cols() != 3) h5.fail(path, "does not have three columns");
+  return table;
+}
+
+void check_format(const Hdf5Reader& h5, const std::string& ext) {
+  if (!h5.has(ext + "/format")) return;
+  const std::string format = h5.string(ext + "/format");
+  if (format != "facewright-model 1" && format != "facewright-model 2")
+    h5.fail(ext + "/format", "is '" + format +
+                                 "'; this version reads 'facewright-model 1' and 2. Was it written by a "
+                                 "newer one?");
+}
+
 void read_extension(const Hdf5Reader& h5, const std::string& at, MorphableModelParts& parts) {
   if (h5.has(at + "/uv")) {
     const RowMatrixXd uv = h5.matrix(at + "/uv");
@@ -107,10 +136,11 @@ void read_extension(const Hdf5Reader& h5, const std::string& at, MorphableModelP
     parts.mirror.assign(mirror.data(), mirror.data() + mirror.size());
   }
   if (h5.has(at + "/parents")) {
-    const RowMatrixXi table = h5.integers(at + "/parents");
-    if (table.cols() != 3) h5.fail(at + "/parents", "does not have three columns");
+    const Faces table = read_triangles(h5, at + "/parents");
     for (Eigen::Index i = 0; i < table.rows(); ++i) parts.parents.push_back({table(i, 0), table(i, 1), table(i, 2)});
   }
+  if (h5.has(at + "/base_faces")) parts.base_faces = read_triangles(h5, at + "/base_faces");
+  parts.levels.back().landmark_points = read_landmark_points(h5, at);
   if (h5.has(at + "/regions")) parts.regions = from_json<decltype(parts.regions)>(h5, at + "/regions");
   if (h5.has(at + "/provenance")) parts.provenance = from_json<decltype(parts.provenance)>(h5, at + "/provenance");
   if (h5.has(at + "/basis") && h5.string(at + "/basis") != "orthonormal") {
@@ -129,7 +159,8 @@ void read_coarse_levels(const Hdf5Reader& h5, MorphableModelParts& parts) {
     const Eigen::VectorXd mean = column(h5, shape + "/model/mean");
     if (mean.size() > parts.shape.mean.size() || mean != parts.shape.mean.head(mean.size()))
       h5.fail(shape + "/model/mean", "is not the leading part of the finest level's: the levels do not nest");
-    levels.push_back({static_cast<int>(mean.size() / 3), read_cells(h5, shape)});
+    levels.push_back({static_cast<int>(mean.size() / 3), read_cells(h5, shape),
+                      read_landmark_points(h5, "/level" + std::to_string(l) + "/metadata/ext")});
   }
   parts.levels.insert(parts.levels.begin(), levels.begin(), levels.end());
 }
@@ -142,10 +173,31 @@ std::string normalised(std::string group) {
 
 }  // namespace
 
+std::vector<int> stored_levels(const std::filesystem::path& path) {
+  const Hdf5Reader h5(path);
+  std::vector<int> counts;
+  if (!h5.has("/levels")) return counts;
+  const RowMatrixXi table = h5.integers("/levels");
+  for (Eigen::Index l = 0; l < table.rows(); ++l) counts.push_back(table(l, 0));
+  return counts;
+}
+
+std::vector<Edge> stored_edges(const std::filesystem::path& path, const std::string& group) {
+  const Hdf5Reader h5(path);
+  const std::string at = normalised(group) + "/metadata/ext/edges";
+  std::vector<Edge> edges;
+  if (!h5.has(at)) return edges;
+  const RowMatrixXi table = h5.integers(at);
+  if (table.cols() != 4) h5.fail(at, "does not have four columns");
+  for (Eigen::Index i = 0; i < table.rows(); ++i) edges.push_back({table(i, 0), table(i, 1), table(i, 2), table(i, 3)});
+  return edges;
+}
+
 MorphableModel load_model(const std::filesystem::path& path, const std::string& group) {
   const Hdf5Reader h5(path);
   const std::string at = normalised(group);
   const std::string shape = h5.has(at + "/shape/model/mean") ? at + "/shape" : at;
+  check_format(h5, at + "/metadata/ext");
   MorphableModelParts parts;
   parts.shape = read_statistics(h5, shape);
   if (h5.has(at + "/color/model/mean")) parts.colour = read_statistics(h5, at + "/color");

@@ -71,8 +71,9 @@ void write_catalogue(Hdf5Writer& h5, const std::string& at, const MorphableModel
 
 std::string landmark_json(const MorphableModel& model) {
   json list = json::array();
-  for (const auto& [name, mark] : model.landmarks()) {
-    const Eigen::Vector3f x = model.shape().mean.segment<3>(3 * mark.vertex).cast<float>();  // as stored
+  const Vertices stored = as_vertices(model.shape().mean).cast<float>().cast<double>();
+  for (const auto& [name, mark] : locate(model.landmarks(0), stored, model.faces())) {
+    const Eigen::Vector3f x = mark.position.cast<float>();
     list.push_back({{"id", name}, {"coordinates", {x[0], x[1], x[2]}}});
   }
   return list.dump();
@@ -84,6 +85,28 @@ std::string landmark_vertex_json(const MorphableModel& model) {
   return table.dump();
 }
 
+std::string landmark_point_json(const MorphableModel& model) {
+  json table = json::object();
+  for (const auto& [name, mark] : model.landmarks(0)) {
+    const Eigen::Vector3d& b = mark.point.barycentric;
+    table[name] = {{"triangle", mark.point.triangle}, {"barycentric", {b[0], b[1], b[2]}}, {"vertex", mark.vertex}};
+  }
+  return table.dump();
+}
+
+std::string contour_json(const MorphableModel& model) {
+  const FaceContours contours = model.contours();
+  return json{{"right", contours.right}, {"left", contours.left}}.dump();
+}
+
+RowMatrixXi edge_table(const MorphableModel& model) {
+  const std::vector<Edge> all = model.edge_topology();
+  RowMatrixXi table(static_cast<Eigen::Index>(all.size()), 4);
+  for (size_t i = 0; i < all.size(); ++i)
+    table.row(static_cast<Eigen::Index>(i)) << all[i].v0, all[i].v1, all[i].f0, all[i].f1;
+  return table;
+}
+
 RowMatrixXi parent_table(const std::vector<VertexParents>& parents) {
   RowMatrixXi table(static_cast<Eigen::Index>(parents.size()), 3);
   for (size_t i = 0; i < parents.size(); ++i)
@@ -93,15 +116,19 @@ RowMatrixXi parent_table(const std::vector<VertexParents>& parents) {
 
 // What statismo has no place for.
 void write_extension(Hdf5Writer& h5, const std::string& at, const MorphableModel& model) {
-  h5.string(at + "/format", "facewright-model 1");
+  h5.string(at + "/format", "facewright-model 2");
   h5.string(at + "/basis", model.shape().orthonormal ? "orthonormal" : "row-truncated");
   h5.string(at + "/colourspace", "linear RGB, sRGB primaries");
   h5.string(at + "/landmark_vertices", landmark_vertex_json(model));
+  h5.string(at + "/landmark_points", landmark_point_json(model));
+  h5.string(at + "/contours", contour_json(model));
   h5.string(at + "/regions", json(model.regions()).dump());
   h5.string(at + "/provenance", json(model.provenance()).dump());
   if (model.uv().rows() > 0) h5.matrix(at + "/uv", RowMatrixXd(model.uv()));
   if (!model.mirror().empty()) h5.vector(at + "/mirror", model.mirror());
   if (!model.parents().empty()) h5.matrix(at + "/parents", parent_table(model.parents()));
+  if (model.base_faces().rows() > 0) h5.matrix(at + "/base_faces", RowMatrixXi(model.base_faces()));
+  if (model.faces().rows() > 0) h5.matrix(at + "/edges", edge_table(model));
 }
 
 // One level as a morphable model of its own.

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/model/surface_points.h"
 
 namespace facewright {
 namespace {
@@ -47,6 +48,8 @@ void check_parents(const MorphableModelParts& p, int n) {
     const auto& q = p.parents[i];
     expect(q.a >= 0 && q.b >= 0 && q.a < v && q.b < v && q.c < v, "vertex " + std::to_string(v) + " has no parents");
   }
+  expect(p.base_faces.size() == 0 || (p.base_faces.minCoeff() >= 0 && p.base_faces.maxCoeff() < base),
+         "a base triangle names a vertex that has parents");
 }
 
 void check_statistics(const MorphableModelParts& p) {
@@ -63,12 +66,24 @@ PcaModel leading_rows_or_empty(const PcaModel& model, int n) { return model.empt
 
 // Marks as unit points of a triangle of F at their vertex.
 void attach(LandmarkSet& marks, const Faces& F) {
-  for (auto& [name, mark] : marks) {
-    mark.point = SurfacePoint{};
-    for (int f = 0; f < F.rows() && mark.point.triangle < 0; ++f)
-      for (int k = 0; k < 3; ++k)
-        if (F(f, k) == mark.vertex) mark.point = {f, Eigen::Vector3d::Unit(k)};
-  }
+  for (auto& [name, mark] : marks) mark.point = point_at_vertex(F, mark.vertex);
+}
+
+void check_landmarks(const MorphableModelParts& p) {
+  for (const auto& [name, mark] : p.landmarks)
+    expect(mark.vertex >= 0 && mark.vertex < p.levels.front().vertex_count,
+           "landmark '" + name + "' is not a vertex of the coarsest level");
+  for (const auto& level : p.levels)
+    for (const auto& [name, point] : level.landmark_points)
+      expect(p.landmarks.count(name) && point.triangle >= 0 && point.triangle < level.F.rows() &&
+                 point.barycentric.allFinite() && std::abs(point.barycentric.sum() - 1) < 1e-6,
+             "landmark '" + name + "' has no place at " + std::to_string(level.vertex_count) + " vertices");
+}
+
+std::vector<int> below(const std::vector<int>& vertices, int n) {
+  std::vector<int> kept;
+  std::copy_if(vertices.begin(), vertices.end(), std::back_inserter(kept), [n](int v) { return v < n; });
+  return kept;
 }
 
 }  // namespace
@@ -82,9 +97,7 @@ MorphableModel::MorphableModel(MorphableModelParts parts) : MorphableModel(std::
   check_parents(p, n);
   expect(p.uv.rows() == 0 || p.uv.rows() == n, "texture coordinates do not have one row per vertex");
   expect(p.uv.allFinite(), "texture coordinates hold NaN or infinity");
-  for (const auto& [name, mark] : p.landmarks)
-    expect(mark.vertex >= 0 && mark.vertex < p.levels.front().vertex_count,
-           "landmark '" + name + "' is not a vertex of the coarsest level");
+  check_landmarks(p);
   for (const auto& [name, region] : p.regions)
     for (int v : region) expect(v >= 0 && v < n, "region '" + name + "' names a vertex that does not exist");
 }
@@ -145,12 +158,38 @@ MorphableModel MorphableModel::level(int l) const {
   p.landmarks = landmarks();
   attach(p.landmarks, wanted.F);
   if (!mirror().empty()) p.mirror.assign(mirror().begin(), mirror().begin() + n);
-  const int base = vertex_count() - static_cast<int>(parents().size());
-  p.parents.assign(parents().begin(), parents().begin() + std::max(0, n - base));
-  for (const auto& [name, region] : regions())
-    std::copy_if(region.begin(), region.end(), std::back_inserter(p.regions[name]), [n](int v) { return v < n; });
+  p.parents.assign(parents().begin(), parents().begin() + std::max(0, n - base_vertex_count()));
+  if (base_vertex_count() <= n) p.base_faces = base_faces();
+  p.regions = regions(l);
   p.provenance = provenance();
   return MorphableModel(std::move(p));
+}
+
+LandmarkSet MorphableModel::landmarks(int level) const {
+  const ModelLevel& wanted = at(level);
+  LandmarkSet marks = landmarks();
+  attach(marks, wanted.F);
+  for (const auto& [name, point] : wanted.landmark_points) marks[name] = {point, -1};
+  return marks;
+}
+
+std::map<std::string, std::vector<int>> MorphableModel::regions(int level) const {
+  std::map<std::string, std::vector<int>> result;
+  for (const auto& [name, region] : regions()) result[name] = below(region, at(level).vertex_count);
+  return result;
+}
+
+FaceContours MorphableModel::contours(int level) const {
+  const int n = at(level).vertex_count;
+  const auto find = [&](const char* region, int first, int last) {
+    if (const auto entry = regions().find(region); entry != regions().end()) return below(entry->second, n);
+    std::vector<int> vertices;
+    for (int i = first; i <= last; ++i)
+      if (const auto mark = landmarks().find(std::to_string(i)); mark != landmarks().end())
+        vertices.push_back(mark->second.vertex);
+    return vertices;
+  };
+  return {find("right_contour", 1, 8), find("left_contour", 10, 17)};
 }
 
 MorphableModel MorphableModel::truncated(int shape_modes, int colour_modes) const {
@@ -183,6 +222,23 @@ LandmarkSet landmarks_on_vertices(const LandmarkSet& marks, const Faces& marked_
   }
   attach(result, F);
   return result;
+}
+
+std::map<std::string, SurfacePoint, LandmarkNameOrder> landmark_points(const MultiresTemplate& reference, int l) {
+  std::map<std::string, SurfacePoint, LandmarkNameOrder> points;
+  for (const auto& [name, mark] : reference.landmarks) {
+    if (mark.vertex >= 0) continue;
+    SurfacePoint point = mark.point;
+    // Level by level, as the nesting proof does it again from what is stored.
+    for (size_t k = 0; k < static_cast<size_t>(l); ++k) {
+      const TemplateLevel &from = reference.levels.at(k), &to = reference.levels.at(k + 1);
+      const auto first = reference.parents.begin() + (from.vertex_count - reference.base_count());
+      const auto last = reference.parents.begin() + (to.vertex_count - reference.base_count());
+      point = carry_point(point, from.F, from.vertex_count, {first, last}, to.F);
+    }
+    points[name] = point;
+  }
+  return points;
 }
 
 }  // namespace facewright

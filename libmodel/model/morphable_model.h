@@ -12,6 +12,7 @@
 #include "libmodel/core/mesh.h"
 #include "libmodel/core/multires_template.h"
 #include "libmodel/core/random.h"
+#include "libmodel/core/topology.h"
 #include "libmodel/model/pca_model.h"
 
 namespace facewright {
@@ -20,6 +21,13 @@ namespace facewright {
 struct ModelLevel {
   int vertex_count = 0;
   Faces F;  ///< (M x 3)
+  /// Places of the landmarks that are no vertices, on these triangles; the others are at their vertex.
+  std::map<std::string, SurfacePoint, LandmarkNameOrder> landmark_points = {};
+};
+
+/// Occluding-contour candidates: vertices along the cheek and the jaw from ear to chin, chin left out.
+struct FaceContours {
+  std::vector<int> right, left;  ///< of the subject
 };
 
 /// What a MorphableModel is made of; N is the vertex count of the finest level.
@@ -29,9 +37,10 @@ struct MorphableModelParts {
   std::optional<PcaModel> expression;               ///< 3N displacements in mm, with a mean displacement
   std::vector<ModelLevel> levels;                   ///< coarse to fine, at least one; the last has N vertices
   TexCoords uv;                                     ///< (N x 2) or empty, v up
-  LandmarkSet landmarks;                            ///< every mark has a vertex of level 0
+  LandmarkSet landmarks;                            ///< every mark has a vertex of level 0, the nearest at least
   std::vector<int> mirror;                          ///< (N) left-right partner, or empty
   std::vector<VertexParents> parents;               ///< of vertex N - parents.size() + i; may be empty
+  Faces base_faces;                                 ///< triangles before the first of `parents`, or empty
   std::map<std::string, std::vector<int>> regions;  ///< named vertex lists ("left_contour", "right_contour", ...)
   std::map<std::string, std::string> provenance;    ///< how it was made; free text or JSON per key
 };
@@ -56,6 +65,18 @@ class MorphableModel {
   const std::vector<VertexParents>& parents() const { return parts_->parents; }
   const std::map<std::string, std::vector<int>>& regions() const { return parts_->regions; }
   const std::map<std::string, std::string>& provenance() const { return parts_->provenance; }
+  const Faces& base_faces() const { return parts_->base_faces; }
+  /// Vertices of the mesh the levels were refined from; N if there are no parents.
+  int base_vertex_count() const { return vertex_count() - static_cast<int>(parents().size()); }
+
+  /// Companions of one level. Landmarks: places on the level's own triangles; `vertex` is -1 where none coincides.
+  LandmarkSet landmarks(int level) const;
+  /// The regions' vertices of the level, in their order.
+  std::map<std::string, std::vector<int>> regions(int level) const;
+  /// Regions "right_contour" and "left_contour" of the level; without them the vertices of landmarks 1..8 and 10..17.
+  FaceContours contours(int level = -1) const;
+  /// Edges with their triangles, in lexicographic order. O(M log M).
+  std::vector<Edge> edge_topology(int level = -1) const { return edges(faces(level)); }
 
   bool empty() const { return parts_->levels.empty(); }
   bool has_colour() const { return !parts_->colour.empty(); }
@@ -98,5 +119,8 @@ class MorphableModel {
 /// The template's landmarks as vertices of the mesh (V, F): a mark without a vertex moves to the nearest corner of its
 /// triangle, `marked_on` being the triangles the marks refer to (the template's base level).
 LandmarkSet landmarks_on_vertices(const LandmarkSet& marks, const Faces& marked_on, const Faces& F);
+
+/// Places on the triangles of level l of the template of those of its landmarks that are no vertices (carry_point).
+std::map<std::string, SurfacePoint, LandmarkNameOrder> landmark_points(const MultiresTemplate& reference, int l);
 
 }  // namespace facewright

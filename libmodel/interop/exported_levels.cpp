@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libmodel/interop/exported_levels.h"
+
+#include <algorithm>
+#include <charconv>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/interop/eos_model.h"
+#include "libmodel/interop/gltf.h"
+#include "libmodel/interop/level_files.h"
+#include "libmodel/interop/npz.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/io/mesh_files.h"
+#include "libmodel/model/model_file.h"
+#include "libmodel/model/surface_points.h"
+
+namespace facewright {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+json read_json(const fs::path& path) {
+  json value = json::parse(read_file(path), nullptr, /*allow_exceptions=*/false);
+  if (value.is_discarded()) throw IoError(path.string(), "is not JSON");
+  return value;
+}
+
+std::vector<int> read_symmetry(const fs::path& path) {
+  std::vector<int> mirror;
+  std::istringstream in(read_file(path));
+  for (std::string line; std::getline(in, line);) {
+    int partner = 0;
+    const auto [end, error] = std::from_chars(line.data(), line.data() + line.size(), partner);
+    if (error != std::errc()) throw IoError(path.string(), static_cast<int>(mirror.size()) + 1, "expected a number");
+    mirror.push_back(partner - 1);
+  }
+  return mirror;
+}
+
+void read_contours(const fs::path& path, MorphableModelParts& p) {
+  const json contours = read_json(path).at("model_contour");
+  p.regions["right_contour"] = contours.at("right_contour").get<std::vector<int>>();
+  p.regions["left_contour"] = contours.at("left_contour").get<std::vector<int>>();
+}
+
+void read_places(const fs::path& path, MorphableModelParts& p) {
+  const json places = read_json(path);
+  for (const auto& [name, entry] : places.items()) {
+    if (entry.at("vertex").get<int>() >= 0) continue;
+    const auto b = entry.at("barycentric").get<std::array<double, 3>>();
+    p.levels.back().landmark_points[name] = {entry.at("triangle"), {b[0], b[1], b[2]}};
+  }
+}
+
+void read_parents(const fs::path& path, MorphableModelParts& p) {
+  const json table = read_json(path);
+  for (const json& entry : table.at("parents"))
+    p.parents.push_back({entry.at(0), entry.at(1), entry.size() > 2 ? entry.at(2).get<int>() : -1});
+}
+
+// The stored topology must be that of the triangles: compared as text, which is how it was written.
+void check_edges(const fs::path& path, const Faces& F) {
+  if (read_file(path) != edge_topology_json(F)) throw IoError(path.string(), "is not the edge topology of its mesh");
+}
+
+// Everything but JSON of an unexpected kind already says what is wrong.
+MorphableModel guarded(const fs::path& path, const std::function<MorphableModel()>& read) {
+  try {
+    return read();
+  } catch (const json::exception& error) {
+    throw IoError(path.string(), std::string("has an unexpected content: ") + error.what());
+  } catch (const InvalidInput& error) {
+    throw IoError(path.string(), error.what());
+  }
+}
+
+MorphableModelParts parts_of(const Mesh& mesh) {
+  MorphableModelParts p;
+  p.shape.mean = as_vector(mesh.V);
+  p.shape.basis.resize(p.shape.mean.size(), 0);
+  if (mesh.has_colours()) {
+    p.colour.mean = as_vector(mesh.colours);
+    p.colour.basis.resize(p.colour.mean.size(), 0);
+  }
+  p.uv = mesh.uv;
+  p.levels = {{static_cast<int>(mesh.V.rows()), mesh.F}};
+  return p;
+}
+
+MorphableModel read_eos_with_companions(const fs::path& path) {
+  return guarded(path, [&] {
+    const MorphableModel model = read_eos_model(path);
+    MorphableModelParts p = model.parts();
+    const fs::path stem = path.parent_path() / path.stem();
+    const auto companion = [&](const char* end) { return fs::path(stem.string() + end); };
+    if (fs::exists(companion("_contours.json"))) read_contours(companion("_contours.json"), p);
+    if (fs::exists(companion("_symmetry.txt"))) p.mirror = read_symmetry(companion("_symmetry.txt"));
+    if (fs::exists(companion("_edge_topology.json"))) check_edges(companion("_edge_topology.json"), p.levels[0].F);
+    return MorphableModel(std::move(p));
+  });
+}
+
+MorphableModel read_whole(const fs::path& path) { return load_model(path); }
+
+std::optional<int> number(const std::string& text) {
+  int n = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
+  return error == std::errc() && end == text.data() + text.size() ? std::optional(n) : std::nullopt;
+}
+
+// Files PREFIX<count>SUFFIX of a folder by their count, ascending.
+std::map<int, fs::path> by_count(const fs::path& folder, const std::string& prefix, const std::string& suffix) {
+  std::map<int, fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    const std::string name = entry.path().filename().string();
+    if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix)) continue;
+    if (const auto n = number(name.substr(prefix.size(), name.size() - prefix.size() - suffix.size())))
+      files[*n] = entry.path();
+  }
+  return files;
+}
+
+ExportNesting nesting_of(const std::string& label, const std::map<int, fs::path>& files,
+                         const std::function<MorphableModel(const fs::path&)>& read) {
+  ExportNesting result{label, {}};
+  MorphableModel coarse;
+  for (const auto& [count, path] : files) {
+    MorphableModel level = read(path);
+    if (level.vertex_count() != count)
+      throw IoError(path.string(), "has " + std::to_string(level.vertex_count()) + " vertices, its name says " +
+                                       std::to_string(count));
+    if (!coarse.empty())
+      for (NestingRow& row : compare_levels(coarse, level)) result.rows.push_back(std::move(row));
+    coarse = std::move(level);
+  }
+  return result;
+}
+
+}  // namespace
+
+MorphableModel read_level_folder(const fs::path& folder, const std::string& mean_file) {
+  return guarded(folder, [&] {
+    MorphableModelParts p = parts_of(read_mesh(folder / mean_file));
+    const Faces& F = p.levels.back().F;
+    const json vertices = read_json(folder / "landmark_vertices.json");
+    for (const auto& [name, v] : vertices.items())
+      p.landmarks[name] = {point_at_vertex(F, v.get<int>()), v.get<int>()};
+    read_places(folder / "landmark_points.json", p);
+    p.regions = read_json(folder / "regions.json").get<decltype(p.regions)>();
+    read_contours(folder / "contours.json", p);
+    check_edges(folder / "edge_topology.json", F);
+    if (fs::exists(folder / "symmetry.txt")) p.mirror = read_symmetry(folder / "symmetry.txt");
+    if (fs::exists(folder / "parents.json")) read_parents(folder / "parents.json", p);
+    return MorphableModel(std::move(p));
+  });
+}
+
+std::vector<ExportNesting> nesting_of_level_folders(const fs::path& levels) {
+  std::map<int, fs::path> folders;
+  for (const auto& entry : fs::directory_iterator(levels))
+    if (const auto n = number(entry.path().filename().string()); n && entry.is_directory()) folders[*n] = entry.path();
+  std::vector<ExportNesting> proof;
+  for (const std::string mean : {"mean.ply", "mean.obj"})
+    proof.push_back(nesting_of(
+        "levels/V/" + mean + (mean == "mean.ply" ? " and companions" : ""), folders, [&](const fs::path& folder) {
+          return mean == "mean.ply" ? read_level_folder(folder) : MorphableModel(parts_of(read_mesh(folder / mean)));
+        }));
+  return proof;
+}
+
+std::vector<ExportNesting> nesting_of_exports(const fs::path& folder) {
+  std::vector<ExportNesting> proof;
+  const auto add = [&](const std::string& prefix, const std::string& suffix, auto read) {
+    const auto files = by_count(folder, prefix, suffix);
+    if (!files.empty()) proof.push_back(nesting_of("export/" + prefix + "V" + suffix, files, read));
+  };
+  add("eos_", ".bin", read_eos_with_companions);
+  add("statismo_", ".h5", read_whole);
+  add("model_", ".npz", read_npz_model);
+  add("model_", ".glb", read_glb_model);
+  return proof;
+}
+
+std::vector<ExportNesting> exported_nesting(const fs::path& output) {
+  std::vector<ExportNesting> proof;
+  if (fs::is_directory(output / "levels")) proof = nesting_of_level_folders(output / "levels");
+  if (fs::is_directory(output / "export"))
+    for (ExportNesting& e : nesting_of_exports(output / "export")) proof.push_back(std::move(e));
+  if (proof.empty()) throw InvalidInput(output.string() + ": there is neither levels/ nor export/ in it");
+  return proof;
+}
+
+std::string nesting_json(const std::vector<ExportNesting>& proof) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const ExportNesting& e : proof)
+    for (const NestingRow& r : e.rows) {
+      nlohmann::ordered_json row = {{"file", e.file},     {"coarse", r.coarse},           {"fine", r.fine},
+                                    {"what", r.quantity}, {"max_deviation", r.deviation}, {"allowed", r.tolerance},
+                                    {"nested", r.holds()}};
+      if (!r.unit.empty()) row["unit"] = r.unit;
+      list.push_back(std::move(row));
+    }
+  return list.dump(1) + "\n";
+}
+
+}  // namespace facewright
