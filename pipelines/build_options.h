@@ -29,6 +29,8 @@ struct BuildPipelineOptions {
   std::filesystem::path reference;            ///< a user's reference file or mesh, or empty: the built-in face
   std::filesystem::path reference_landmarks;  ///< landmarks of that mesh; empty: a reference file
   LevelCriterion criterion = LevelCriterion::deviation;
+  /// Register to the mean of the faces that decide the levels instead of the reference's own shape.
+  bool mean_as_reference = true;
   bool symmetric = true;  ///< false: left and right are refined independently, even if the reference is symmetric
   std::vector<int> levels = {3448, 16759, 29587};  ///< vertex budgets of the model's levels
   double variance_share = 0.99;                    ///< of shape and colour kept in the model [huber2016]

@@ -7,12 +7,14 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "libmodel/building/procrustes.h"
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
 #include "libmodel/core/topology.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/sha256.h"
 #include "libregister/reference/regions.h"
+#include "libregister/reference/symmetrise.h"
 #include "libregister/registration/register_scan.h"
 #include "libregister/subdivision/deviation.h"
 #include "libregister/subdivision/journal.h"
@@ -26,9 +28,7 @@ constexpr size_t kFaces = 6;       // more change the deviation left by less tha
 constexpr size_t kLeastFaces = 3;  // fewer say more about themselves than about faces
 constexpr int kMostVertices = 60000;
 
-void add_regions(const ReferenceFace& face, MultiresTemplate* t) {
-  t->regions = template_regions(*t, face.regions);
-}
+void add_regions(const ReferenceFace& face, MultiresTemplate* t) { t->regions = template_regions(*t, face.regions); }
 
 // Base mesh, its second step, and a uniform mesh about as fine as the finest level.
 MultiresTemplate uniform_template(const ReferenceFace& face, const std::vector<int>& levels) {
@@ -61,12 +61,14 @@ std::vector<size_t> spread(size_t n, size_t count) {
 
 struct CoarseFaces {
   std::vector<Vertices> faces;
+  std::vector<std::vector<MatchOrigin>> origins;  // of the faces' vertices
   std::vector<std::string> ids, left_out;
 };
 
 void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTemplate& reference,
                        const BuildPipelineOptions& options, const Progress& progress, CoarseFaces* result) {
   std::vector<Vertices> faces(files.size());
+  std::vector<std::vector<MatchOrigin>> origins(files.size());
   std::atomic<int> done{0};
   const int total = static_cast<int>(files.size());
   const RegisterOptions registration = coarse_registration(options.registration);
@@ -76,7 +78,7 @@ void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTempla
     try {
       const Scan scan = load_scan(files[s], options.scan);
       const RegistrationResult r = register_scan(scan.mesh, scan.landmarks, reference, registration);
-      if (r.summary.acceptable) faces[s] = r.V;
+      if (r.summary.acceptable) faces[s] = r.V, origins[s] = r.origins;
     } catch (const std::exception&) {  // the scan's own turn will tell why
     }
     const int n = ++done;
@@ -86,7 +88,10 @@ void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTempla
     const bool usable = faces[s].rows() > 0;
     if (usable && result->faces.size() == kFaces) continue;
     (usable ? result->ids : result->left_out).push_back(files[s].id);
-    if (usable) result->faces.push_back(std::move(faces[s]));
+    if (usable) {
+      result->faces.push_back(std::move(faces[s]));
+      result->origins.push_back(std::move(origins[s]));
+    }
   }
 }
 
@@ -113,6 +118,7 @@ std::string decision_key(const ReferenceFace& face, const BuildPipelineOptions& 
   Json j;
   j["levels"] = o.levels;
   j["criterion"] = criterion_name(o.criterion);
+  j["mean_as_reference"] = o.mean_as_reference;
   j["mirror"] = face.mirror;
   j["regions"] = face.regions;
   for (const auto& [name, mark] : face.landmarks)
@@ -135,6 +141,11 @@ void write_decision(const LevelDecision& d, const std::string& key, const Output
   j["parents"] = Json::array();
   for (const VertexParents& p : d.reference.parents)
     j["parents"].push_back(p.is_midpoint() ? Json{p.a, p.b} : Json{p.a, p.b, p.c});
+  if (d.summary.mean_as_reference) {
+    j["positions"] = Json::array();
+    for (Eigen::Index i = 0; i < d.reference.V.rows(); ++i)
+      j["positions"].push_back({d.reference.V(i, 0), d.reference.V(i, 1), d.reference.V(i, 2)});
+  }
   write_file(tree.hierarchy(), j.dump() + "\n");
 }
 
@@ -146,13 +157,23 @@ std::optional<LevelDecision> earlier_decision(const ReferenceFace& face, const s
   try {
     const Json j = Json::parse(read_file(tree.hierarchy()));
     if (j.at("key") != key || j.at("criterion") != criterion_name(options.criterion)) return {};
+    if (options.mean_as_reference && options.levels.size() > 1 && !j.contains("positions")) return {};
     RefinementJournal journal{static_cast<int>(face.mesh.vertex_count()), {}};
     for (const Json& p : j.at("parents"))
       journal.parents.push_back({p.at(0).get<int>(), p.at(1).get<int>(), p.size() > 2 ? p.at(2).get<int>() : -1});
     LevelDecision d;
     d.reference = replay(journal, face.mesh, face.mirror, face.landmarks, j.at("vertices").get<std::vector<int>>());
     add_regions(face, &d.reference);
-    d.summary = {options.criterion, true, j.at("scans").get<std::vector<std::string>>(),
+    const bool mean = j.contains("positions");
+    if (mean) {
+      const auto positions = j.at("positions").get<std::vector<std::vector<double>>>();
+      if (static_cast<Eigen::Index>(positions.size()) != d.reference.V.rows()) return {};
+      for (size_t i = 0; i < positions.size(); ++i) {
+        if (positions[i].size() != 3) return {};
+        d.reference.V.row(static_cast<Eigen::Index>(i)) = Eigen::RowVector3d(positions[i].data());
+      }
+    }
+    d.summary = {options.criterion, true, mean, j.at("scans").get<std::vector<std::string>>(),
                  j.at("left_out").get<std::vector<std::string>>()};
     return d;
   } catch (const std::exception&) {  // damaged: it is decided again
@@ -160,19 +181,69 @@ std::optional<LevelDecision> earlier_decision(const ReferenceFace& face, const s
   }
 }
 
-HierarchyOptions measured(const ReferenceFace& face, const std::vector<ScanFiles>& files,
-                          const BuildPipelineOptions& options, const Progress& progress, LevelDecisionSummary* s) {
+HierarchyOptions reference_criterion(LevelCriterion criterion) {
   HierarchyOptions hierarchy;
+  if (criterion == LevelCriterion::length) hierarchy.criterion = bent_length_criterion(0);
+  return hierarchy;
+}
+
+// Vertices of the hierarchy that most of the scans show.
+std::vector<bool> mostly_seen(const DeviationTable& table, const CoarseFaces& coarse,
+                              const MultiresTemplate& reference) {
+  Vertices matched = Vertices::Zero(coarse.faces.front().rows(), 3);
+  for (const auto& origins : coarse.origins)
+    for (size_t i = 0; i < origins.size(); ++i)
+      if (origins[i] == MatchOrigin::matched) matched(static_cast<Eigen::Index>(i), 0) += 1;
+  const Vertices count = on_hierarchy(table, matched, reference);
+  std::vector<bool> seen;
+  for (Eigen::Index i = 0; i < count.rows(); ++i)
+    seen.push_back(2 * count(i, 0) > static_cast<double>(coarse.faces.size()));
+  return seen;
+}
+
+// The mean of the faces, symmetric if the reference is, in the reference's frame. What most scans do not show follows
+// the rest smoothly, with the reference's own shape. Rounded, so that the file of the decision stays small.
+Vertices mean_shape(const DeviationTable& table, const CoarseFaces& coarse, const MultiresTemplate& reference,
+                    int threads) {
+  SampleMatrix shapes(static_cast<Eigen::Index>(coarse.faces.size()), reference.V.size());
+  for (size_t i = 0; i < coarse.faces.size(); ++i) {
+    const Vertices V = on_hierarchy(table, coarse.faces[i], reference);
+    shapes.row(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::RowVectorXd>(V.data(), V.size());
+  }
+  const std::vector<bool> seen = mostly_seen(table, coarse, reference);
+  Eigen::VectorXd weights(reference.V.rows());
+  for (Eigen::Index i = 0; i < weights.size(); ++i) weights[i] = seen[static_cast<size_t>(i)] ? 1 : 0;
+  ProcrustesOptions options;
+  options.threads = threads;
+  Vertices V = generalised_procrustes(shapes, weights, reference.V, options).mean;
+  if (!reference.mirror.empty()) V = symmetrise(V, reference.V, reference.mirror, weights).V;
+  const Similarity mean_from_reference = fit_similarity(reference.V, V, weights);
+  const Vertices moved = mean_from_reference.apply(reference.V);
+  V = moved + fill_harmonic(moved, reference.levels.back().F, V - moved, seen);
+  if (!reference.mirror.empty()) V = symmetrise(V, V, reference.mirror, weights).V;
+  return (1e4 * V).array().round() / 1e4;
+}
+
+// Decides by some of the scans. Too few that can be registered: by the reference itself, whose shape then stands too.
+void decide_by_faces(const ReferenceFace& face, const std::vector<ScanFiles>& files,
+                     const BuildPipelineOptions& options, const Progress& progress, LevelDecision* d) {
+  LevelDecisionSummary& s = d->summary;
   CoarseFaces coarse = coarse_faces(files, uniform_template(face, options.levels), options, progress);
-  s->scans = std::move(coarse.ids);
-  s->left_out = std::move(coarse.left_out);
+  s.scans = std::move(coarse.ids);
+  s.left_out = std::move(coarse.left_out);
   if (coarse.faces.size() < kLeastFaces) {
-    s->criterion = LevelCriterion::bend;
-    return hierarchy;
+    if (s.criterion == LevelCriterion::deviation) s.criterion = LevelCriterion::bend;
+    d->reference = build_template(face, options.levels, reference_criterion(s.criterion));
+    return;
   }
   const FourEightMesh start = tri_quad_mesh(face.mesh, face.mirror, options.levels.front());
-  hierarchy.criterion = deviation_criterion(measure_deviation(start, coarse.faces));
-  return hierarchy;
+  const DeviationTable table = measure_deviation(start, coarse.faces);
+  HierarchyOptions hierarchy = reference_criterion(s.criterion);
+  if (s.criterion == LevelCriterion::deviation) hierarchy.criterion = deviation_criterion(table);
+  d->reference = build_template(face, options.levels, hierarchy);
+  s.mean_as_reference = options.mean_as_reference;
+  if (!options.mean_as_reference) return;
+  d->reference.V = mean_shape(table, coarse, d->reference, options.jobs);
 }
 
 }  // namespace
@@ -195,11 +266,11 @@ LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFil
   if (auto earlier = earlier_decision(face, key, options, tree)) return *earlier;
   LevelDecision d;
   d.summary.criterion = options.criterion;
-  HierarchyOptions hierarchy;
-  if (options.criterion == LevelCriterion::length) hierarchy.criterion = bent_length_criterion(0);
-  if (options.criterion == LevelCriterion::deviation && options.levels.size() > 1)
-    hierarchy = measured(face, files, options, progress, &d.summary);
-  d.reference = build_template(face, options.levels, hierarchy);
+  const bool by_faces = options.criterion == LevelCriterion::deviation || options.mean_as_reference;
+  if (by_faces && options.levels.size() > 1)
+    decide_by_faces(face, files, options, progress, &d);
+  else
+    d.reference = build_template(face, options.levels, reference_criterion(options.criterion));
   write_decision(d, key, tree);
   return d;
 }

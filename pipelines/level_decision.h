@@ -16,8 +16,9 @@ namespace facewright {
 struct LevelDecisionSummary {
   LevelCriterion criterion = LevelCriterion::deviation;  ///< that decided in the end
   bool kept = false;                                     ///< from an earlier run
-  std::vector<std::string> scans;                        ///< whose faces were measured
-  std::vector<std::string> left_out;                     ///< tried, but could not be registered
+  bool mean_as_reference = false;     ///< the reference has the shape of the faces' mean, not its own
+  std::vector<std::string> scans;     ///< whose faces were measured
+  std::vector<std::string> left_out;  ///< tried, but could not be registered
 };
 
 struct LevelDecision {
@@ -25,11 +26,12 @@ struct LevelDecision {
   LevelDecisionSummary summary;
 };
 
-/// Decides the model's hierarchy once for all scans and leaves it in OUT/hierarchy.json. With the deviation criterion
-/// six scans, spread over the folder, are registered coarsely on a uniform 4-8 mesh, and those edges are split first
-/// where the faces deviate most from the coarser surface. Fewer than three usable scans, or a single level: by the bend
-/// of the reference itself. With `resume` an earlier decision for the same reference, levels and criterion stands,
-/// whatever scans have come since. The result does not depend on the number of threads.
+/// Decides the model's hierarchy once for all scans and leaves it in OUT/hierarchy.json. Six scans, spread over the
+/// folder, are registered coarsely on a uniform 4-8 mesh. With the deviation criterion those edges are split first where
+/// these faces deviate most from the coarser surface, and their mean becomes the reference's shape. Fewer than three
+/// usable scans, or a single level: the reference itself decides and keeps its shape. With `resume` an earlier decision
+/// for the same reference, levels and criterion stands, whatever scans have come since. The result does not depend on
+/// the number of threads.
 LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFiles>& files,
                             const BuildPipelineOptions& options, const OutputTree& tree, const Progress& progress = {});
 

@@ -69,7 +69,7 @@ int main(int argc, char** argv) {
   BuildPipelineOptions options;
   std::string denoise = "auto", criterion = "deviation", reference, reference_landmarks;
   std::vector<std::string> levels = {"surrey"};
-  bool no_mirror = false, asymmetric = false;
+  bool no_mirror = false, asymmetric = false, own_shape = false;
   app.add_option(
          "scans", options.scans,
          "Folder of scans (OBJ, PLY, STL, OFF, glTF) with ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson beside each")
@@ -82,6 +82,8 @@ int main(int argc, char** argv) {
          "What decides which edges are split first: deviation of the registered scans from the coarser surface, "
          "or edge length of the reference, alone or with bend")
       ->check(CLI::IsMember({"deviation", "bend", "length"}));
+  app.add_flag("--keep-reference-shape", own_shape,
+               "Register to the reference's own shape instead of the mean of some first registrations");
   app.add_flag("--asymmetric", asymmetric, "Refine left and right independently");
   app.add_option("--variance", options.variance_share, "Share of the variance kept in shape and colour")
       ->check(CLI::Range(0.01, 1.0));
@@ -106,6 +108,7 @@ int main(int argc, char** argv) {
     options.levels = levels_from(levels);
     options.criterion = criterion_from_name(criterion);
     options.symmetric = !asymmetric;
+    options.mean_as_reference = !own_shape;
     options.reference = reference;
     options.reference_landmarks = reference_landmarks;
     ProgressBar bar(common);

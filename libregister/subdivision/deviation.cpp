@@ -160,4 +160,22 @@ RefinementCriterion deviation_criterion(DeviationTable table, const DeviationCri
   };
 }
 
+Vertices on_hierarchy(const DeviationTable& table, const Vertices& face, const MultiresTemplate& hierarchy) {
+  const int count = static_cast<int>(hierarchy.V.rows());
+  if (count < table.start_count || face.rows() < table.start_count)
+    throw InvalidInput("deviation: the hierarchy has " + std::to_string(count) + " vertices, the face " +
+                       std::to_string(face.rows()) + ", their common start " + std::to_string(table.start_count));
+  Vertices V(count, 3);
+  V.topRows(table.start_count) = face.topRows(table.start_count);
+  std::vector<int> uniform(static_cast<size_t>(count), -1);  // the same vertex of the uniform mesh
+  for (int v = 0; v < table.start_count; ++v) uniform[static_cast<size_t>(v)] = v;
+  for (int v = table.start_count; v < count; ++v) {
+    const VertexParents& p = hierarchy.parents[static_cast<size_t>(v - hierarchy.base_count())];
+    const int m = table.midpoint(uniform[static_cast<size_t>(p.a)], uniform[static_cast<size_t>(p.b)]);
+    uniform[static_cast<size_t>(v)] = m;
+    V.row(v) = m >= 0 ? Eigen::RowVector3d(face.row(m)) : Eigen::RowVector3d(0.5 * (V.row(p.a) + V.row(p.b)));
+  }
+  return V;
+}
+
 }  // namespace facewright

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "libmodel/core/multires_template.h"
 #include "libregister/subdivision/refinement.h"
 
 namespace facewright {
@@ -36,5 +37,9 @@ struct DeviationCriterionOptions {
 /// Those bisections first that leave the most deviation if not made. For meshes that began as the table's did.
 /// Throws InvalidInput on a negative weight.
 RefinementCriterion deviation_criterion(DeviationTable table, const DeviationCriterionOptions& options = {});
+
+/// Where the vertices of a hierarchy lie on a face of the uniform mesh (n x 3), (N x 3): its own vertices where the
+/// uniform mesh has them, midpoints where the hierarchy is finer. For hierarchies that began as the table's did.
+Vertices on_hierarchy(const DeviationTable& table, const Vertices& face, const MultiresTemplate& hierarchy);
 
 }  // namespace facewright
