@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include <algorithm>
 #include <cstdio>
+#include <sstream>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/interop/exported_levels.h"
@@ -74,6 +75,31 @@ void print_checks(const std::vector<ModelCheck>& checks) {
   }
 }
 
+// One line per file and pair of levels, or one per quantity.
+void add_export_checks(const ExportNesting& e, bool each, std::vector<ModelCheck>& checks) {
+  for (size_t i = 0; i < e.rows.size();) {
+    std::vector<NestingRow> pair, exact;
+    for (const int coarse = e.rows[i].coarse; i < e.rows.size() && e.rows[i].coarse == coarse; ++i) {
+      pair.push_back(e.rows[i]);
+      if (pair.back().tolerance == 0) exact.push_back(pair.back());
+    }
+    const std::string which = e.file + " " + std::to_string(pair[0].coarse) + " in " + std::to_string(pair[0].fine);
+    if (each || !all_hold(pair)) {
+      for (const NestingRow& row : pair) {
+        checks.push_back(nesting_check(row));
+        checks.back().property = e.file + " " + checks.back().property;
+      }
+      continue;
+    }
+    std::ostringstream detail;
+    detail << "maximum deviation " << largest_deviation(pair) << " over ";
+    for (size_t k = 0; k < exact.size(); ++k) detail << (k ? ", " : "") << exact[k].quantity;
+    for (const NestingRow& row : pair)
+      if (row.tolerance > 0) detail << "; " << row.quantity << " " << row.deviation << " " << row.unit;
+    checks.push_back({which, true, detail.str()});
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -93,11 +119,7 @@ int main(int argc, char** argv) {
     std::vector<ModelCheck> checks;
     if (check) checks = check_model_file(input);
     if (!exports.empty())
-      for (const ExportNesting& e : exported_nesting(exports))
-        for (const NestingRow& row : e.rows) {
-          checks.push_back(nesting_check(row));
-          checks.back().property = e.file + " " + checks.back().property;
-        }
+      for (const ExportNesting& e : exported_nesting(exports)) add_export_checks(e, common.verbose, checks);
     const bool nested = std::all_of(checks.begin(), checks.end(), [](const ModelCheck& c) { return c.holds; });
     if (nested) {
       const MorphableModel model = load_model(input);

@@ -50,9 +50,22 @@ void export_model(const std::filesystem::path& path, const MorphableModel& model
 }
 
 std::string eos_landmark_mapping(const MorphableModel& model) {
+  const auto on_contour = [](const std::string& name) {
+    const int i = name.size() < 3 && name.find_first_not_of("0123456789") == name.npos ? std::stoi(name) : 0;
+    return i >= 1 && i <= 17 && i != 9;
+  };
   std::string text = "# Landmark names and vertices of the model, 0-based\n[landmark_mappings]\n";
-  for (const auto& [name, mark] : model.landmarks()) text += name + " = " + std::to_string(mark.vertex) + "\n";
-  return text;
+  std::string right, left;
+  for (const auto& [name, mark] : model.landmarks())
+    if (!on_contour(name))
+      text += name + " = " + std::to_string(mark.vertex) + "\n";
+    else if (std::stoi(name) < 9)
+      right += (right.empty() ? "" : ", ") + name;
+    else
+      left += (left.empty() ? "" : ", ") + name;
+  return text +
+         "\n# Image landmarks that move along the candidates of the contours file, on the subject's right and left\n" +
+         "[contour_landmarks]\nright = [" + right + "]\nleft = [" + left + "]\n";
 }
 
 void export_all(const std::filesystem::path& folder, const MorphableModel& model, const ExportOptions& options) {

@@ -40,7 +40,8 @@ void export_model(const std::filesystem::path& path, const MorphableModel& model
 /// format; throws SolverError if one does not.
 void export_all(const std::filesystem::path& folder, const MorphableModel& model, const ExportOptions& options = {});
 
-/// Landmark names to vertices as eos reads them (TOML).
+/// Landmark names to vertices as eos reads them (TOML). The jaw's 1..8 and 10..17 are listed as contour landmarks, as
+/// in the mapping that comes with eos: in a turned face they lie elsewhere along the contour.
 std::string eos_landmark_mapping(const MorphableModel& model);
 
 /// The same model with every basis orthonormal.

@@ -148,8 +148,7 @@ MorphableModel read_level_folder(const fs::path& folder, const std::string& mean
     MorphableModelParts p = parts_of(read_mesh(folder / mean_file));
     const Faces& F = p.levels.back().F;
     const json vertices = read_json(folder / "landmark_vertices.json");
-    for (const auto& [name, v] : vertices.items())
-      p.landmarks[name] = {point_at_vertex(F, v.get<int>()), v.get<int>()};
+    for (const auto& [name, v] : vertices.items()) p.landmarks[name] = {point_at_vertex(F, v.get<int>()), v.get<int>()};
     read_places(folder / "landmark_points.json", p);
     p.regions = read_json(folder / "regions.json").get<decltype(p.regions)>();
     read_contours(folder / "contours.json", p);
@@ -183,6 +182,9 @@ std::vector<ExportNesting> nesting_of_exports(const fs::path& folder) {
   add("statismo_", ".h5", read_whole);
   add("model_", ".npz", read_npz_model);
   add("model_", ".glb", read_glb_model);
+  if (!proof.empty() && proof.back().file.ends_with(".glb"))
+    for (NestingRow& row : proof.back().rows)
+      if (row.unit == "mm") row.unit = "m";
   return proof;
 }
 

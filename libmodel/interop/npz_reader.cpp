@@ -41,6 +41,9 @@ Array parse_array(const std::string& bytes, const std::string& name) {
 std::map<std::string, Array> read_archive(const std::filesystem::path& path) {
   const std::string bytes = read_file(path);
   ByteReader in(bytes, path.string());
+  constexpr size_t kEnd = 22;  // bytes of the record that ends an archive without comment
+  if (bytes.size() < kEnd || bytes.compare(bytes.size() - kEnd, 4, "PK\x05\x06") != 0)
+    in.fail("is no zip archive, or is cut short");
   std::map<std::string, Array> arrays;
   while (in.value<std::uint32_t>() == 0x04034b50) {
     in.text(4);  // version, flags

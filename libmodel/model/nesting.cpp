@@ -27,12 +27,12 @@ class Comparison {
       : coarse_(coarse), fine_(fine), n_(coarse.vertex_count()) {}
 
   std::vector<NestingRow> run() {
-    compare(coarse_.shape(), fine_.shape(), "positions", "shape basis rows", "mm");
+    compare(coarse_.shape(), fine_.shape(), "positions", "shape", "mm");
     if (coarse_.has_colour() || fine_.has_colour())
-      compare(coarse_.colour(), fine_.colour(), "colours", "colour basis rows", "linear RGB");
+      compare(coarse_.colour(), fine_.colour(), "colours", "colour", "linear RGB");
     if (coarse_.expression() || fine_.expression())
       compare(coarse_.expression().value_or(PcaModel{}), fine_.expression().value_or(PcaModel{}), "expression mean",
-              "expression basis rows", "mm");
+              "expression", "mm");
     if (coarse_.uv().rows() > 0 || fine_.uv().rows() > 0)
       add("texture coordinates", coarse_.uv().rows() == n_ ? difference(coarse_.uv(), fine_.uv()) : kMissing);
     if (!coarse_.landmarks().empty() || !fine_.landmarks().empty()) {
@@ -56,28 +56,30 @@ class Comparison {
     rows_.push_back({n_, fine_.vertex_count(), quantity, deviation, tolerance, unit});
   }
 
-  void compare(const PcaModel& part, const PcaModel& whole, const std::string& mean, const std::string& basis,
+  void compare(const PcaModel& part, const PcaModel& whole, const std::string& mean, const std::string& name,
                const std::string& unit) {
     add(mean, part.mean.size() == 3 * n_ ? difference(part.mean, whole.mean) : kMissing, 0, unit);
     if (part.mode_count() == 0 && whole.mode_count() == 0) return;
     const bool alike = part.basis.rows() == part.mean.size() && part.variances.size() == whole.variances.size() &&
                        part.variances == whole.variances;
     if (alike || !part.orthonormal || part.mode_count() > whole.mode_count()) {
-      add(basis, part.mode_count() == whole.mode_count() ? difference(part.basis, whole.basis) : kMissing);
-      add(basis + ", variances",
+      add(name + " basis rows",
+          part.mode_count() == whole.mode_count() ? difference(part.basis, whole.basis) : kMissing);
+      add(name + " variances",
           part.mode_count() == whole.mode_count() ? difference(part.variances, whole.variances) : kMissing);
       return;
     }
-    compare_rotated(part.rescaled_basis(), whole.rescaled_basis().topRows(part.basis.rows()), basis, unit);
+    compare_rotated(part.rescaled_basis(), whole.rescaled_basis().topRows(part.basis.rows()), name, unit);
   }
 
   // The rotation R that brings W R nearest to X, columns of W being fewer where a level lost a mode.
-  void compare_rotated(const Eigen::MatrixXd& W, const Eigen::MatrixXd& X, const std::string& basis,
+  void compare_rotated(const Eigen::MatrixXd& W, const Eigen::MatrixXd& X, const std::string& name,
                        const std::string& unit) {
     const Eigen::MatrixXd M = W.transpose() * X;
     const Eigen::BDCSVD<Eigen::MatrixXd> svd(M, Eigen::ComputeThinU | Eigen::ComputeThinV);
     const double left = (W * (svd.matrixU() * svd.matrixV().transpose()) - X).cwiseAbs().maxCoeff();
-    add(basis + " up to a rotation", left, kRotated * X.cwiseAbs().maxCoeff(), unit + " per standard deviation");
+    add(name + " basis rows up to a rotation", left, kRotated * X.cwiseAbs().maxCoeff(),
+        unit + " per standard deviation");
   }
 
   double landmark_vertices() const {

@@ -45,6 +45,7 @@ inline MorphableModelParts random_parts(std::uint64_t seed) {
   p.landmarks["9"] = {{5, Eigen::Vector3d::UnitX()}, p.levels[0].F(5, 0)};
   p.landmarks["left_ear"] = {{3, Eigen::Vector3d::UnitZ()}, p.levels[0].F(3, 2)};
   p.regions["left_contour"] = {1, 15, 33};
+  p.regions["lips"] = {3, 4, 11, 19, 20, 39};
   p.provenance = {{"program", "test"}, {"options", "{\"variance_share\": 0.99}"}};
   return p;
 }
