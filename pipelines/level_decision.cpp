@@ -187,7 +187,7 @@ HierarchyOptions reference_criterion(LevelCriterion criterion) {
   return hierarchy;
 }
 
-// Vertices of the hierarchy that most of the scans show.
+// Vertices of the hierarchy that nearly all of the scans show.
 std::vector<bool> mostly_seen(const DeviationTable& table, const CoarseFaces& coarse,
                               const MultiresTemplate& reference) {
   Vertices matched = Vertices::Zero(coarse.faces.front().rows(), 3);
@@ -197,11 +197,11 @@ std::vector<bool> mostly_seen(const DeviationTable& table, const CoarseFaces& co
   const Vertices count = on_hierarchy(table, matched, reference);
   std::vector<bool> seen;
   for (Eigen::Index i = 0; i < count.rows(); ++i)
-    seen.push_back(2 * count(i, 0) > static_cast<double>(coarse.faces.size()));
+    seen.push_back(count(i, 0) > 0.9 * static_cast<double>(coarse.faces.size()));
   return seen;
 }
 
-// The mean of the faces, symmetric if the reference is, in the reference's frame. What most scans do not show follows
+// The mean of the faces, symmetric if the reference is, in the reference's frame. What some scans do not show follows
 // the rest smoothly, with the reference's own shape. Rounded, so that the file of the decision stays small.
 Vertices mean_shape(const DeviationTable& table, const CoarseFaces& coarse, const MultiresTemplate& reference,
                     int threads) {
