@@ -47,7 +47,11 @@ MorphableModelParts parts_of(const MultiresTemplate& reference, int first_level)
   for (size_t l = static_cast<size_t>(first_level); l < reference.levels.size(); ++l)
     parts.levels.push_back(
         {reference.levels[l].vertex_count, reference.levels[l].F, landmark_points(reference, static_cast<int>(l))});
-  parts.landmarks = landmarks_on_vertices(reference.landmarks, reference.levels.front().F, parts.levels.front().F);
+  // For those who know vertices only: the nearest one of the model's coarsest level, the same at every level.
+  const Faces& coarsest = parts.levels.front().F;
+  LandmarkSet marks = reference.landmarks;
+  for (const auto& [name, point] : parts.levels.front().landmark_points) marks[name] = {point, -1};
+  parts.landmarks = landmarks_on_vertices(marks, coarsest, coarsest);
   parts.mirror = reference.mirror;
   parts.parents = reference.parents;
   parts.base_faces = reference.levels.front().F;
