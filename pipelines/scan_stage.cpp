@@ -48,6 +48,7 @@ Json options_json(const BuildPipelineOptions& o) {
             {"least_inliers", r.align.least_inliers}}},
           {"global",
            {{"outlier_distance_mm", r.global.outlier_distance},
+            {"least_lambda", r.global.least_lambda},
             {"least_for_spline", r.global.least_for_spline},
             {"least_for_free_lambda", r.global.least_for_free_lambda}}},
           {"levels", schedule_json(r.levels)},

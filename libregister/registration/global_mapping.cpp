@@ -161,11 +161,23 @@ Eigen::VectorXd relative_variance(const Landmarks& landmarks, const std::vector<
   return v;
 }
 
+// Mean square of the landmarks' deviations, mm^2; 1 where unknown.
+double mean_variance(const Landmarks& landmarks, const std::vector<std::string>& names) {
+  double sum = 0;
+  for (const auto& name : names) {
+    const double s = landmarks.at(name).stddev;
+    sum += s > 0 ? s * s : 1;
+  }
+  return sum / static_cast<double>(names.size());
+}
+
 ThinPlateSpline spline_without_outliers(const Landmarks& reference, const GlobalMapOptions& options,
                                         std::vector<std::string> names, const Landmarks& scan,
                                         GlobalMapResult* result) {
   const auto limit = static_cast<size_t>(options.highest_dropped * static_cast<double>(names.size()));
-  const double least_lambda = static_cast<int>(names.size()) < options.least_for_free_lambda ? 1.0 : 1e-4;
+  const double least_lambda = static_cast<int>(names.size()) < options.least_for_free_lambda
+                                  ? 1.0
+                                  : std::max(1e-4, options.least_lambda * mean_variance(scan, names));
   while (true) {
     const Eigen::VectorXd variance = relative_variance(scan, names);
     const auto fit = [&](double standard_errors) {

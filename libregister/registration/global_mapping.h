@@ -36,9 +36,13 @@ struct AlignResult {
 AlignResult align_landmarks(const Landmarks& reference, const Landmarks& scan, const AlignOptions& options = {});
 
 struct GlobalMapOptions {
-  double outlier_distance = 8;     ///< mm, leave-one-out residual from which a landmark may be dropped
-  double outlier_factor = 5;       ///< ... and this many robust deviations above the median
-  double highest_dropped = 0.2;    ///< share of landmarks that may be dropped, 0..1
+  double outlier_distance = 8;   ///< mm, leave-one-out residual from which a landmark may be dropped
+  double outlier_factor = 5;     ///< ... and this many robust deviations above the median
+  double highest_dropped = 0.2;  ///< share of landmarks that may be dropped, 0..1
+  /// Least smoothing of the spline for landmarks of 1 mm deviation, >= 0; goes with the mean square of stated
+  /// deviations. What leave-one-out residuals cannot tell: they are ruled by what faces do between landmarks
+  /// (docs/registration.md).
+  double least_lambda = 0.4;
   int least_for_spline = 6;        ///< below this many landmarks the map stays a similarity
   int least_for_free_lambda = 12;  ///< below this many, lambda >= 1 (leave-one-out is unreliable)
 };

@@ -142,9 +142,9 @@ void check(const Mesh& scan, const MultiresTemplate& reference, const RegisterOp
 }  // namespace
 
 std::vector<LevelSchedule> default_schedule() {
-  return {{4, 20, 6, 8, 4, 20, 65, 1.0, false},
-          {4, 6, 2, 4, 2, 8, 65, 0.3, false},
-          {3, 2, 1, 2, 1, 5, 65, 0.1, false},
+  return {{4, 20, 6, 8, 4, 20, 65, 3.0, false},
+          {4, 6, 2, 4, 2, 8, 65, 1.0, false},
+          {3, 2, 1, 2, 1, 5, 65, 0.3, false},
           {4, 1, 0.7, 1, 1, 4, 65, 0.1, true}};
 }
 
