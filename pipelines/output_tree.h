@@ -19,7 +19,7 @@ struct OutputTree {
   std::filesystem::path scan_origins(const std::string& id) const { return root / "scans" / (id + ".origins"); }
   std::filesystem::path problem(const std::string& id) const { return root / "problematic" / (id + ".txt"); }
   std::filesystem::path level(int vertices) const { return root / "levels" / std::to_string(vertices); }
-  std::filesystem::path isomap() const { return root / "levels" / "isomap.json"; }
+  std::filesystem::path isomap() const { return root / "isomap.json"; }
   /// The levels' refinement journal, decided once per model.
   std::filesystem::path hierarchy() const { return root / "hierarchy.json"; }
   std::filesystem::path exports() const { return root / "export"; }

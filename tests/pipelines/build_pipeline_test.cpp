@@ -94,6 +94,13 @@ TEST_F(BuildPipeline, LeavesAModelWhoseLevelsNest) {
   EXPECT_EQ(model.uv().rows(), 29587);
 }
 
+TEST_F(BuildPipeline, LevelsHoldOneFolderPerVertexCountAndNothingElse) {  // scripts list them
+  std::vector<std::string> names;
+  for (const auto& entry : fs::directory_iterator(tree().level(3448).parent_path()))
+    names.push_back(entry.path().filename().string());
+  EXPECT_THAT(names, ::testing::UnorderedElementsAre("3448", "16759", "29587"));
+}
+
 TEST_F(BuildPipeline, RegistrationsLieOnTheirScans) {
   for (const ScanOutcome& o : summary_->scans) {
     if (!o.registered) continue;
