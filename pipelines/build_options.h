@@ -9,6 +9,7 @@
 
 #include "libregister/intake/scan.h"
 #include "libregister/registration/register_scan.h"
+#include "libregister/subdivision/hierarchy.h"
 
 namespace facewright {
 
@@ -32,9 +33,9 @@ struct BuildPipelineOptions {
   /// Register to the mean of the faces that decide the levels instead of the reference's own shape.
   bool mean_as_reference = true;
   bool symmetric = true;  ///< false: left and right are refined independently, even if the reference is symmetric
-  std::vector<int> levels = {3448, 16759, 29587};  ///< vertex budgets of the model's levels
-  double variance_share = 0.99;                    ///< of shape and colour kept in the model [huber2016]
-  int least_scans = 3;                             ///< fewer registered scans than this make no model
+  std::vector<int> levels = kSurreyLevels;  ///< vertex budgets of the model's levels
+  double variance_share = 0.99;             ///< of shape and colour kept in the model [huber2016]
+  int least_scans = 3;                      ///< fewer registered scans than this make no model
 };
 
 }  // namespace facewright

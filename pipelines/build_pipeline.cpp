@@ -20,6 +20,7 @@
 #include "libmodel/model/model_file.h"
 #include "libregister/reference/reference_face.h"
 #include "pipelines/build_report.h"
+#include "pipelines/matrix_hash.h"
 #include "pipelines/output_tree.h"
 #include "pipelines/reference_file.h"
 #include "pipelines/scan_stage.h"
@@ -56,12 +57,8 @@ ReferenceFace load_reference(const BuildPipelineOptions& options) {
 }
 
 std::string reference_key(const MultiresTemplate& reference) {
-  const auto bytes = [](const void* data, size_t size) {
-    return std::string_view(static_cast<const char*>(data), size);
-  };
-  std::string key = sha256(bytes(reference.V.data(), sizeof(double) * static_cast<size_t>(reference.V.size())));
-  for (const TemplateLevel& l : reference.levels)
-    key += sha256(bytes(l.F.data(), sizeof(int) * static_cast<size_t>(l.F.size())));
+  std::string key = sha256_of(reference.V);
+  for (const TemplateLevel& l : reference.levels) key += sha256_of(l.F);
   for (const auto& [name, mark] : reference.landmarks) key += name + ":" + std::to_string(mark.vertex) + ";";
   return key;
 }
@@ -106,8 +103,8 @@ void check_output(const BuildPipelineOptions& options, const OutputTree& tree) {
     throw InvalidInput("output: " + tree.root.string() + " is a file; -o names a folder");
 }
 
-// Registrations of scans that are no longer in the folder must not linger beside the new ones. Only files that an
-// earlier build wrote are removed.
+// Registrations of scans that are no longer in the folder must not linger beside the new ones. Only files
+// of the kinds a build writes are removed, and only where one has been.
 void remove_strangers(const std::vector<ScanFiles>& files, const OutputTree& tree) {
   if (!fs::exists(tree.build_json())) return;
   std::map<std::string, bool> known;
@@ -147,9 +144,14 @@ void write_build_json(const BuildPipelineOptions& options, const std::vector<Sca
   j["version"] = FACEWRIGHT_VERSION;
   j["options"] = Json::parse(describe_options(options));
   j["options"]["level_vertices"] = options.levels;
+  j["options"]["mean_as_reference"] = options.mean_as_reference;
   j["options"]["criterion"] = criterion_name(options.criterion);
   j["options"]["symmetric"] = options.symmetric;
-  j["levels"] = {{"criterion", criterion_name(s.levels.criterion)}, {"scans", s.levels.scans}, {"kept", s.levels.kept}};
+  j["levels"] = {{"criterion", criterion_name(s.levels.criterion)},
+                 {"mean_as_reference", s.levels.mean_as_reference},
+                 {"scans", s.levels.scans},
+                 {"left_out", s.levels.left_out},
+                 {"kept", s.levels.kept}};
   j["options"]["variance_share"] = options.variance_share;
   j["seed"] = options.seed;
   j["inputs"] = input_hashes(files);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -12,12 +13,13 @@
 #include "libmodel/core/parallel.h"
 #include "libmodel/core/topology.h"
 #include "libmodel/io/atomic_file.h"
-#include "libmodel/io/sha256.h"
 #include "libregister/reference/regions.h"
 #include "libregister/reference/symmetrise.h"
 #include "libregister/registration/register_scan.h"
 #include "libregister/subdivision/deviation.h"
 #include "libregister/subdivision/journal.h"
+#include "pipelines/matrix_hash.h"
+#include "pipelines/scan_stage.h"
 
 namespace facewright {
 namespace {
@@ -26,13 +28,14 @@ using Json = nlohmann::ordered_json;
 
 constexpr size_t kFaces = 6;       // more change the deviation left by less than 3 % (docs/subdivision.md)
 constexpr size_t kLeastFaces = 3;  // fewer say more about themselves than about faces
-constexpr int kMostVertices = 60000;
+constexpr int kEnoughVertices = 60000;
+constexpr double kLeastSeen = 0.5;  // share of the vertices, by all scans; our choice
 
 void add_regions(const ReferenceFace& face, MultiresTemplate* t) { t->regions = template_regions(*t, face.regions); }
 
 // Base mesh, its second step, and a uniform mesh about as fine as the finest level.
 MultiresTemplate uniform_template(const ReferenceFace& face, const std::vector<int>& levels) {
-  const double enough = std::min(0.9 * levels.back(), 1.0 * kMostVertices);
+  const double enough = std::min(0.9 * levels.back(), 1.0 * kEnoughVertices);
   FourEightMesh mesh = tri_quad_mesh(face.mesh, face.mirror, levels.front());
   mesh.uniform_step();
   int steps = 0;
@@ -79,6 +82,8 @@ void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTempla
       const Scan scan = load_scan(files[s], options.scan);
       const RegistrationResult r = register_scan(scan.mesh, scan.landmarks, reference, registration);
       if (r.summary.acceptable) faces[s] = r.V, origins[s] = r.origins;
+    } catch (const std::bad_alloc&) {
+      throw;                           // the decision must not depend on the memory there happens to be
     } catch (const std::exception&) {  // the scan's own turn will tell why
     }
     const int n = ++done;
@@ -112,19 +117,16 @@ CoarseFaces coarse_faces(std::vector<ScanFiles> files, const MultiresTemplate& r
 }
 
 std::string decision_key(const ReferenceFace& face, const BuildPipelineOptions& o) {
-  const auto bytes = [](const void* data, Eigen::Index size) {
-    return std::string_view(static_cast<const char*>(data), static_cast<size_t>(size));
-  };
   Json j;
   j["levels"] = o.levels;
   j["criterion"] = criterion_name(o.criterion);
   j["mean_as_reference"] = o.mean_as_reference;
+  j["registration"] = describe_options(o);  // the faces that decide were registered with them
   j["mirror"] = face.mirror;
   j["regions"] = face.regions;
   for (const auto& [name, mark] : face.landmarks)
     j["landmarks"][name] = {mark.vertex, mark.point.triangle, mark.point.barycentric[0], mark.point.barycentric[1]};
-  return sha256(j.dump() + sha256(bytes(face.mesh.V.data(), face.mesh.V.size() * Eigen::Index{sizeof(double)})) +
-                sha256(bytes(face.mesh.F.data(), face.mesh.F.size() * Eigen::Index{sizeof(int)})));
+  return sha256(j.dump() + sha256_of(face.mesh.V) + sha256_of(face.mesh.F));
 }
 
 void write_decision(const LevelDecision& d, const std::string& key, const OutputTree& tree) {
@@ -173,7 +175,11 @@ std::optional<LevelDecision> earlier_decision(const ReferenceFace& face, const s
         d.reference.V.row(static_cast<Eigen::Index>(i)) = Eigen::RowVector3d(positions[i].data());
       }
     }
-    d.summary = {options.criterion, true, mean, j.at("scans").get<std::vector<std::string>>(),
+    d.summary = {options.criterion,
+                 true,
+                 mean,
+                 false,
+                 j.at("scans").get<std::vector<std::string>>(),
                  j.at("left_out").get<std::vector<std::string>>()};
     return d;
   } catch (const std::exception&) {  // damaged: it is decided again
@@ -187,8 +193,8 @@ HierarchyOptions reference_criterion(LevelCriterion criterion) {
   return hierarchy;
 }
 
-// Vertices of the hierarchy that nearly all of the scans show.
-std::vector<bool> mostly_seen(const DeviationTable& table, const CoarseFaces& coarse,
+// Vertices of the hierarchy that all of the scans show.
+std::vector<bool> seen_by_all(const DeviationTable& table, const CoarseFaces& coarse,
                               const MultiresTemplate& reference) {
   Vertices matched = Vertices::Zero(coarse.faces.front().rows(), 3);
   for (const auto& origins : coarse.origins)
@@ -197,12 +203,13 @@ std::vector<bool> mostly_seen(const DeviationTable& table, const CoarseFaces& co
   const Vertices count = on_hierarchy(table, matched, reference);
   std::vector<bool> seen;
   for (Eigen::Index i = 0; i < count.rows(); ++i)
-    seen.push_back(count(i, 0) > 0.9 * static_cast<double>(coarse.faces.size()));
+    seen.push_back(count(i, 0) == static_cast<double>(coarse.faces.size()));
   return seen;
 }
 
-// The mean of the faces, symmetric if the reference is, in the reference's frame. What some scans do not show follows
-// the rest smoothly, with the reference's own shape. Rounded, so that the file of the decision stays small.
+// The mean of the faces, symmetric if the reference is, in the reference's frame. What not all scans show follows
+// the rest smoothly, with the reference's own shape. Rounded, so that the file of the decision stays small. Empty if
+// they show too little in common.
 Vertices mean_shape(const DeviationTable& table, const CoarseFaces& coarse, const MultiresTemplate& reference,
                     int threads) {
   SampleMatrix shapes(static_cast<Eigen::Index>(coarse.faces.size()), reference.V.size());
@@ -210,9 +217,10 @@ Vertices mean_shape(const DeviationTable& table, const CoarseFaces& coarse, cons
     const Vertices V = on_hierarchy(table, coarse.faces[i], reference);
     shapes.row(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::RowVectorXd>(V.data(), V.size());
   }
-  const std::vector<bool> seen = mostly_seen(table, coarse, reference);
+  const std::vector<bool> seen = seen_by_all(table, coarse, reference);
   Eigen::VectorXd weights(reference.V.rows());
   for (Eigen::Index i = 0; i < weights.size(); ++i) weights[i] = seen[static_cast<size_t>(i)] ? 1 : 0;
+  if (weights.mean() < kLeastSeen) return {};
   ProcrustesOptions options;
   options.threads = threads;
   Vertices V = generalised_procrustes(shapes, weights, reference.V, options).mean;
@@ -231,7 +239,8 @@ void decide_by_faces(const ReferenceFace& face, const std::vector<ScanFiles>& fi
   CoarseFaces coarse = coarse_faces(files, uniform_template(face, options.levels), options, progress);
   s.scans = std::move(coarse.ids);
   s.left_out = std::move(coarse.left_out);
-  if (coarse.faces.size() < kLeastFaces) {
+  s.too_few_scans = coarse.faces.size() < kLeastFaces;
+  if (s.too_few_scans) {
     if (s.criterion == LevelCriterion::deviation) s.criterion = LevelCriterion::bend;
     d->reference = build_template(face, options.levels, reference_criterion(s.criterion));
     return;
@@ -241,9 +250,10 @@ void decide_by_faces(const ReferenceFace& face, const std::vector<ScanFiles>& fi
   HierarchyOptions hierarchy = reference_criterion(s.criterion);
   if (s.criterion == LevelCriterion::deviation) hierarchy.criterion = deviation_criterion(table);
   d->reference = build_template(face, options.levels, hierarchy);
-  s.mean_as_reference = options.mean_as_reference;
   if (!options.mean_as_reference) return;
-  d->reference.V = mean_shape(table, coarse, d->reference, options.jobs);
+  const Vertices mean = mean_shape(table, coarse, d->reference, options.jobs);
+  s.mean_as_reference = mean.rows() > 0;
+  if (s.mean_as_reference) d->reference.V = mean;
 }
 
 }  // namespace
@@ -262,6 +272,7 @@ const char* criterion_name(LevelCriterion criterion) {
 
 LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFiles>& files,
                             const BuildPipelineOptions& options, const OutputTree& tree, const Progress& progress) {
+  check_budgets(static_cast<int>(face.mesh.vertex_count()), options.levels);  // before any scan is read
   const std::string key = decision_key(face, options);
   if (auto earlier = earlier_decision(face, key, options, tree)) return *earlier;
   LevelDecision d;

@@ -17,6 +17,7 @@ struct LevelDecisionSummary {
   LevelCriterion criterion = LevelCriterion::deviation;  ///< that decided in the end
   bool kept = false;                                     ///< from an earlier run
   bool mean_as_reference = false;     ///< the reference has the shape of the faces' mean, not its own
+  bool too_few_scans = false;         ///< could be registered: the reference itself decided
   std::vector<std::string> scans;     ///< whose faces were measured
   std::vector<std::string> left_out;  ///< tried, but could not be registered
 };
@@ -27,11 +28,11 @@ struct LevelDecision {
 };
 
 /// Decides the model's hierarchy once for all scans and leaves it in OUT/hierarchy.json. Six scans, spread over the
-/// folder, are registered coarsely on a uniform 4-8 mesh. With the deviation criterion those edges are split first where
-/// these faces deviate most from the coarser surface, and their mean becomes the reference's shape. Fewer than three
-/// usable scans, or a single level: the reference itself decides and keeps its shape. With `resume` an earlier decision
-/// for the same reference, levels and criterion stands, whatever scans have come since. The result does not depend on
-/// the number of threads.
+/// folder, are registered coarsely on a uniform 4-8 mesh. With the deviation criterion those edges are split first
+/// where these faces deviate most from the coarser surface, and their mean becomes the reference's shape. Fewer than
+/// three usable scans, or a single level: the reference itself decides and keeps its shape. With `resume` an earlier
+/// decision for the same reference, levels, criterion and options of the registration stands, whatever scans have come
+/// or gone since. The result does not depend on the number of threads.
 LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFiles>& files,
                             const BuildPipelineOptions& options, const OutputTree& tree, const Progress& progress = {});
 

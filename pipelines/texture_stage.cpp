@@ -2,13 +2,12 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "pipelines/texture_stage.h"
 
-#include <cstring>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
 #include "libmodel/io/atomic_file.h"
-#include "libmodel/io/sha256.h"
+#include "pipelines/matrix_hash.h"
 
 namespace facewright {
 namespace {
@@ -26,54 +25,42 @@ Json options_json(const IsomapOptions& o) {
           {"iterations", o.iterations}};  // not the number of threads: it changes nothing
 }
 
-template <class Matrix>
-std::string bytes_of(const Matrix& m) {
-  std::string bytes(sizeof(typename Matrix::Scalar) * static_cast<size_t>(m.size()), '\0');
-  std::memcpy(bytes.data(), m.data(), bytes.size());
-  return sha256(bytes);
-}
-
 std::string key_of(const MultiresTemplate& reference, const Vertices& mean, const IsomapOptions& options) {
   const int base = reference.base_count();
   const auto rows = std::min(static_cast<Eigen::Index>(reference.mirror.size()), Eigen::Index{base});
   const Eigen::VectorXi mirror = Eigen::Map<const Eigen::VectorXi>(reference.mirror.data(), rows);
-  return sha256(bytes_of(Vertices(mean.topRows(base))) + bytes_of(reference.levels.front().F) + bytes_of(mirror) +
+  return sha256(sha256_of(Vertices(mean.topRows(base))) + sha256_of(reference.levels.front().F) + sha256_of(mirror) +
                 options_json(options).dump() + std::to_string(kMethodVersion));
 }
 
-// The summary's figures that only the flattening itself knows.
+// The summary's figures that only the flattening itself knows, with their names: once for writing and reading.
+template <class Summary, class Visitor>
+void visit_figures(Summary& s, const Visitor& visit) {
+  visit("source_count", s.source_count);
+  visit("computed_count", s.computed_count);
+  visit("third_eigenvalue_share", s.third_eigenvalue_share);
+  visit("stress_of_scaling", s.stress);
+  visit("stress", s.final_stress);
+  visit("asymmetry", s.asymmetry);
+  visit("symmetric", s.symmetric);
+  visit("flips_before_repair", s.flips_before_repair);
+  visit("repair", s.repair);
+  visit("iterations", s.iterations);
+  visit("stop", s.stop);
+  visit("overlap", s.overlap);
+  visit("coverage", s.coverage);
+}
+
 Json summary_json(const IsomapSummary& s) {
-  return {{"source_count", s.source_count},
-          {"computed_count", s.computed_count},
-          {"third_eigenvalue_share", s.third_eigenvalue_share},
-          {"stress_of_scaling", s.stress},
-          {"stress", s.final_stress},
-          {"asymmetry", s.asymmetry},
-          {"symmetric", s.symmetric},
-          {"flips_before_repair", s.flips_before_repair},
-          {"repair", s.repair},
-          {"iterations", s.iterations},
-          {"stop", s.stop},
-          {"overlap", s.overlap},
-          {"coverage", s.coverage}};
+  Json j;
+  visit_figures(s, [&](const char* name, const auto& value) { j[name] = value; });
+  return j;
 }
 
 IsomapSummary read_summary(const Json& j, const IsomapOptions& options) {
   IsomapSummary s;
   s.options = options;
-  j.at("source_count").get_to(s.source_count);
-  j.at("computed_count").get_to(s.computed_count);
-  j.at("third_eigenvalue_share").get_to(s.third_eigenvalue_share);
-  j.at("stress_of_scaling").get_to(s.stress);
-  j.at("stress").get_to(s.final_stress);
-  j.at("asymmetry").get_to(s.asymmetry);
-  j.at("symmetric").get_to(s.symmetric);
-  j.at("flips_before_repair").get_to(s.flips_before_repair);
-  j.at("repair").get_to(s.repair);
-  j.at("iterations").get_to(s.iterations);
-  j.at("stop").get_to(s.stop);
-  j.at("overlap").get_to(s.overlap);
-  j.at("coverage").get_to(s.coverage);
+  visit_figures(s, [&](const char* name, auto& value) { j.at(name).get_to(value); });
   return s;
 }
 
@@ -122,9 +109,8 @@ TextureStage texture_stage(const MultiresTemplate& reference, const Vertices& me
   TextureStage stage;
   stage.reused = base.has_value();
   if (!base) base = base_isomap(reference, mean, options);
-  base->summary.distortion =
-      measure_distortion(mean.topRows(reference.base_count()), reference.levels.front().F, base->uv);
-  stage.texture = carry_up(reference, mean, *base);
+  stage.texture = texture_from_base(reference, mean, *base);
+  stage.texture.base.distortion = stage.texture.distortion.front();
   write_texture(file, key, reference, stage.texture);
   return stage;
 }

@@ -31,7 +31,7 @@ std::string check_level(const std::string& word) {
 }
 
 std::vector<int> levels_from(const std::vector<std::string>& words) {
-  if (words == std::vector<std::string>{"surrey"}) return {3448, 16759, 29587};
+  if (words == std::vector<std::string>{"surrey"}) return kSurreyLevels;
   std::vector<int> levels;
   for (const std::string& word : words) {
     if (word == "surrey") throw InvalidInput("levels: the preset surrey stands alone");
@@ -48,7 +48,7 @@ void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
   report(common, "build-model: " + std::to_string(s.registered) + " of " + std::to_string(s.scans.size()) +
                      " scans registered; " + std::to_string(s.shape_modes) + " shape and " +
                      std::to_string(s.colour_modes) + " colour modes; levels " + levels);
-  if (s.levels.criterion == LevelCriterion::bend && !s.levels.left_out.empty())
+  if (s.levels.too_few_scans)
     std::cerr << "build-model: too few scans could be registered to decide the levels by; the reference's own shape "
                  "decided\n";
   for (const auto& [stage, seconds] : s.seconds) detail(common, "  " + stage + ": " + format_duration(seconds));

@@ -26,7 +26,7 @@ IsomapResult base_isomap(const MultiresTemplate& reference, const Vertices& mean
   return isomap_uv(mean.topRows(base), reference.levels.front().F, mirror, options);
 }
 
-IsomapTexture carry_up(const MultiresTemplate& reference, const Vertices& mean, const IsomapResult& base) {
+IsomapTexture texture_from_base(const MultiresTemplate& reference, const Vertices& mean, const IsomapResult& base) {
   check_rows(reference, mean);
   IsomapTexture result;
   result.base = base.summary;
@@ -40,7 +40,7 @@ IsomapTexture carry_up(const MultiresTemplate& reference, const Vertices& mean, 
 }
 
 IsomapTexture isomap_texture(const MultiresTemplate& reference, const Vertices& mean, const IsomapOptions& options) {
-  return carry_up(reference, mean, base_isomap(reference, mean, options));
+  return texture_from_base(reference, mean, base_isomap(reference, mean, options));
 }
 
 }  // namespace facewright

@@ -24,6 +24,6 @@ IsomapTexture isomap_texture(const MultiresTemplate& reference, const Vertices& 
 /// The base level's part of that work, the slow one: isomap_uv on the first rows of `mean`.
 IsomapResult base_isomap(const MultiresTemplate& reference, const Vertices& mean, const IsomapOptions& options = {});
 /// The rest of it: `base` carried up, and measured at every level.
-IsomapTexture carry_up(const MultiresTemplate& reference, const Vertices& mean, const IsomapResult& base);
+IsomapTexture texture_from_base(const MultiresTemplate& reference, const Vertices& mean, const IsomapResult& base);
 
 }  // namespace facewright

@@ -162,9 +162,9 @@ RefinementCriterion deviation_criterion(DeviationTable table, const DeviationCri
 
 Vertices on_hierarchy(const DeviationTable& table, const Vertices& face, const MultiresTemplate& hierarchy) {
   const int count = static_cast<int>(hierarchy.V.rows());
-  if (count < table.start_count || face.rows() < table.start_count)
-    throw InvalidInput("deviation: the hierarchy has " + std::to_string(count) + " vertices, the face " +
-                       std::to_string(face.rows()) + ", their common start " + std::to_string(table.start_count));
+  if (count < table.start_count || face.rows() != static_cast<Eigen::Index>(table.middles.size()))
+    throw InvalidInput("deviation: a hierarchy of " + std::to_string(count) + " vertices and a face of " +
+                       std::to_string(face.rows()) + " for a uniform mesh of " + std::to_string(table.middles.size()));
   Vertices V(count, 3);
   V.topRows(table.start_count) = face.topRows(table.start_count);
   std::vector<int> uniform(static_cast<size_t>(count), -1);  // the same vertex of the uniform mesh

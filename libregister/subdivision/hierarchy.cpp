@@ -66,18 +66,22 @@ void check(const Mesh& base, const LandmarkSet& landmarks, const std::vector<int
   if (!options.boundary_edges.empty() && options.boundary_edges.size() != budgets.size())
     throw InvalidInput("hierarchy: " + std::to_string(options.boundary_edges.size()) + " boundary counts for " +
                        std::to_string(budgets.size()) + " budgets");
-  int below = static_cast<int>(base.vertex_count());
-  for (const int budget : budgets) {
-    if (budget <= below)
-      throw InvalidInput("hierarchy: vertex budgets must increase from " + std::to_string(base.vertex_count()));
-    below = budget;
-  }
+  check_budgets(static_cast<int>(base.vertex_count()), budgets);
   for (const auto& [name, mark] : landmarks)
     if (mark.vertex >= base.vertex_count() || mark.point.triangle >= base.face_count())
       throw InvalidInput("hierarchy: landmark " + name + " is not on the base mesh");
 }
 
 }  // namespace
+
+void check_budgets(int base_count, const std::vector<int>& budgets) {
+  int below = base_count;
+  for (const int budget : budgets) {
+    if (budget <= below)
+      throw InvalidInput("hierarchy: vertex budgets must increase from " + std::to_string(base_count));
+    below = budget;
+  }
+}
 
 std::vector<int> surrey_boundary_edges(bool symmetric) {
   return symmetric ? std::vector{-1, 306, 410} : std::vector{-1, 307, 411};

@@ -25,6 +25,9 @@ struct HierarchyOptions {
 /// The vertex budgets of the released Surrey Face Model [huber2016], made nested.
 inline const std::vector<int> kSurreyLevels = {3448, 16759, 29587};
 
+/// Throws InvalidInput unless the vertex budgets increase from the base mesh's count on.
+void check_budgets(int base_count, const std::vector<int>& budgets);
+
 /// Boundary edges of those levels on a base mesh with 80: -1 (two uniform steps double them), 307 and 411 without
 /// symmetry, which makes 33211 and 58763 triangles, and with symmetry, where they come in pairs, 306 and 410.
 std::vector<int> surrey_boundary_edges(bool symmetric);

@@ -12,8 +12,8 @@
 #include "libmodel/io/landmark_files.h"
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/model/model_file.h"
-#include "libmodel/synthetic/scan_person.h"
 #include "pipelines/output_tree.h"
+#include "tests/pipelines/scan_folder.h"
 #include "tests/support/matchers.h"
 #include "tests/support/shapes.h"
 #include "tests/support/temporary_directory.h"
@@ -28,24 +28,10 @@ class BuildPipeline : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryDirectory;
-    const ParametricFace face;
-    ScannerOptions options;
-    options.spacing = 2.5;
-    for (std::uint64_t i = 0; i < 4; ++i) {
-      const SyntheticScan scan = scan_person(face, draw_person(face, 1, i), 1, i, options);
-      write_ply(scans() / ("p" + std::to_string(i) + ".ply"), scan.mesh);
-      write_landmarks(scans() / ("p" + std::to_string(i) + ".json"), scan.landmarks);
-    }
+    write_people(scans(), 1, 4, 2.5);
+    write_ball(scans());  // landmarks of a face on something that is none
     std::ofstream(scans() / "broken.ply") << "ply\nformat ascii 1.0\nelement vertex 9\n";
     write_ply(scans() / "unmarked.ply", icosphere(4, 90));
-    write_ply(scans() / "ball.ply", icosphere(4, 90));  // landmarks of a face on something that is none
-    Landmarks scattered;
-    Random random(3);
-    for (int i = 1; i <= 68; ++i)
-      scattered[std::to_string(i)].position = 90 * random_points(random, 1, 1).row(0).normalized().transpose();
-    scattered["37"].position = {-45, 0, 78};
-    scattered["46"].position = {45, 0, 78};
-    write_landmarks(scans() / "ball.json", scattered);
     summary_ = new BuildPipelineSummary(build_from_scans(build_options("out")));
   }
   static void TearDownTestSuite() {

@@ -4,11 +4,12 @@
 
 #include <gmock/gmock.h>
 
+#include "libmodel/core/errors.h"
 #include "libmodel/core/topology.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/landmark_files.h"
 #include "libmodel/io/mesh_files.h"
-#include "libmodel/synthetic/scan_person.h"
+#include "tests/pipelines/scan_folder.h"
 #include "tests/support/matchers.h"
 #include "tests/support/shapes.h"
 #include "tests/support/temporary_directory.h"
@@ -24,20 +25,8 @@ class LevelDecisionTest : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new TemporaryDirectory;
-    const ParametricFace face;
-    ScannerOptions options;
-    options.spacing = 3;
-    for (std::uint64_t i = 0; i < 3; ++i) {
-      const SyntheticScan scan = scan_person(face, draw_person(face, 2, i), 2, i, options);
-      write_ply(scans() / ("p" + std::to_string(i) + ".ply"), scan.mesh);
-      write_landmarks(scans() / ("p" + std::to_string(i) + ".json"), scan.landmarks);
-    }
-    write_ply(scans() / "ball.ply", icosphere(4, 90));
-    Landmarks scattered;
-    Random random(3);
-    for (int i = 1; i <= 30; ++i)
-      scattered[std::to_string(i)].position = 90 * random_points(random, 1, 1).row(0).normalized().transpose();
-    write_landmarks(scans() / "ball.json", scattered);
+    write_people(scans(), 2, 3, 3);
+    write_ball(scans());
   }
   static void TearDownTestSuite() { delete folder_; }
 
@@ -105,6 +94,24 @@ TEST_F(LevelDecisionTest, StandsForScansThatComeLater) {
     EXPECT_TRUE(again.reference.levels[l].F == first.reference.levels[l].F);
   o.levels = {3448, 6003};  // another question
   EXPECT_FALSE(decide_levels(default_reference_face(), {}, o, tree("kept")).summary.kept);
+}
+
+TEST_F(LevelDecisionTest, IsMadeAgainForOtherOptionsOfTheRegistration) {
+  BuildPipelineOptions o = small();
+  decide(o, "options");
+  o.resume = true;
+  o.registration.landmark_stddev = 2;
+  EXPECT_FALSE(decide(o, "options").summary.kept);
+}
+
+TEST_F(LevelDecisionTest, RefusesLevelsThatDoNotIncreaseBeforeItReadsAScan) {
+  BuildPipelineOptions o = small();
+  o.levels = {3448, 100};
+  int reports = 0;
+  EXPECT_THROW(decide_levels(default_reference_face(), find_scans(scans()), o, tree("falling"),
+                             [&](const ProgressEvent&) { ++reports; }),
+               InvalidInput);
+  EXPECT_EQ(reports, 0);
 }
 
 TEST_F(LevelDecisionTest, IsMadeAgainIfItsFileIsDamaged) {

@@ -67,13 +67,7 @@ TEST(MeasureDeviation, DoesNotCareAboutPoseAndOrder) {
 // RMS distance along z between the uniform face and an adaptive hierarchy that interpolates it.
 double deviation_of(const MultiresTemplate& t, const Bumpy& b, const Vertices& face) {
   const auto table = measure_deviation(b.start, {face});
-  std::vector<int> uniform;
-  Vertices V(t.V.rows(), 3);
-  for (int v = 0; v < t.V.rows(); ++v) {
-    const auto& p = v < t.base_count() ? VertexParents{} : t.parents[static_cast<size_t>(v - t.base_count())];
-    uniform.push_back(v < table.start_count ? v : table.midpoint(uniform[p.a], uniform[p.b]));
-    V.row(v) = uniform.back() < 0 ? Eigen::RowVector3d(0.5 * (V.row(p.a) + V.row(p.b))) : face.row(uniform.back());
-  }
+  const Vertices V = on_hierarchy(table, face, t);
   const Faces& F = t.levels.back().F;
   double sum = 0;
   int count = 0;
@@ -123,15 +117,32 @@ TEST(DeviationCriterion, WithoutDeviationLongEdgesComeFirst) {
   EXPECT_LT(longest, 3 * shortest);
 }
 
-TEST(DeviationCriterion, KeepsTheHierarchySymmetricForAsymmetricFaces) {
+TEST(MeasureDeviation, GivesBothSidesTheMeanOfBothInAFaceThatIsNotSymmetric) {
+  const Bumpy b;
+  Vertices left = b.bump(3, 4, 0.001), right = left;
+  for (Eigen::Index v = 0; v < left.rows(); ++v) (left(v, 0) < 0 ? right : left)(v, 2) = 0;
+  const auto x = measure_deviation(b.start, {left}), y = measure_deviation(b.start, {right});
+  double largest = 0;
+  for (size_t i = 0; i < x.deviations.size(); ++i) {
+    largest = std::max(largest, x.deviations[i]);
+    ASSERT_NEAR(x.deviations[i], y.deviations[i], 1e-6 * x.deviations[i] + 1e-18);
+  }
+  EXPECT_GT(largest, 0);
+}
+
+TEST(OnHierarchy, TakesItsVerticesFromTheFaceAndFinerOnesFromTheirParents) {
   Bumpy b;
-  Vertices one_sided = b.bump(3, 4, 0.5);
-  for (Eigen::Index v = 0; v < one_sided.rows(); ++v)
-    if (one_sided(v, 0) < 0) one_sided(v, 2) = 0;
-  HierarchyOptions options;
-  options.criterion = deviation_criterion(measure_deviation(b.start, {one_sided}));
-  const auto t = build_hierarchy(b.sheet.mesh, b.sheet.mirror, {}, {b.budget(), 2 * b.budget()}, options);
-  EXPECT_NO_THROW(mirrored_triangles(t.levels.back().F, t.mirror));
+  const Vertices face = b.bump(3, 4, 0.5);
+  const auto table = measure_deviation(b.start, {face});
+  const auto finer = uniform_hierarchy(b.sheet.mesh, b.sheet.mirror, {}, b.budget(), {2, 5});
+  const Vertices V = on_hierarchy(table, face, finer);
+  ASSERT_GT(V.rows(), face.rows());
+  EXPECT_EQ(Vertices(V.topRows(face.rows())), face);
+  for (Eigen::Index v = face.rows(); v < V.rows(); ++v) {
+    const VertexParents& p = finer.parents[static_cast<size_t>(v - finer.base_count())];
+    ASSERT_EQ(V.row(v), Eigen::RowVector3d(0.5 * (V.row(p.a) + V.row(p.b))));
+  }
+  EXPECT_THROW(on_hierarchy(table, Vertices(face.topRows(face.rows() - 1)), finer), InvalidInput);
 }
 
 TEST(MeasureDeviation, RefusesFacesOfAnotherMesh) {
