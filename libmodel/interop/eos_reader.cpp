@@ -72,6 +72,10 @@ MorphableModel read_eos_model(const std::filesystem::path& path) {
   }
   if (version >= 3 && in.value<std::uint8_t>() == 0) p.landmarks = read_landmark_table(in);
   p.uv = read_uv(in);
+  if (version >= 4)
+    if (const Faces own = read_triangles(in); own.rows() > 0 && (own.rows() != F.rows() || own != F))
+      in.fail("has texture coordinates per triangle corner; only those per vertex can be read");
+  if (!in.at_end()) in.fail("goes on after the end of the model");
   for (auto& [name, mark] : p.landmarks) mark.point = point_at_vertex(F, mark.vertex);
   p.levels = {{static_cast<int>(p.shape.vertex_count()), std::move(F)}};
   try {

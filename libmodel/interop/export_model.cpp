@@ -51,13 +51,16 @@ void export_model(const std::filesystem::path& path, const MorphableModel& model
 
 std::string eos_landmark_mapping(const MorphableModel& model) {
   const auto on_contour = [](const std::string& name) {
-    const int i = name.size() < 3 && name.find_first_not_of("0123456789") == name.npos ? std::stoi(name) : 0;
+    const bool is_number = name.find_first_not_of("0123456789") == name.npos && !name.empty() && name.size() < 3;
+    const int i = is_number ? std::stoi(name) : 0;
     return i >= 1 && i <= 17 && i != 9;
   };
   std::string text = "# Landmark names and vertices of the model, 0-based\n[landmark_mappings]\n";
   std::string right, left;
   for (const auto& [name, mark] : model.landmarks())
-    if (!on_contour(name))
+    if (name.empty())
+      continue;  // no key
+    else if (!on_contour(name))
       text += name + " = " + std::to_string(mark.vertex) + "\n";
     else if (std::stoi(name) < 9)
       right += (right.empty() ? "" : ", ") + name;

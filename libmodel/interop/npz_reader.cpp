@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facewright: multi-resolution 3D morphable face models.
+#include <charconv>
+#include <limits>
 #include <map>
 
 #include "libmodel/interop/byte_reader.h"
@@ -12,8 +14,23 @@ namespace {
 
 struct Array {
   std::string type, data;
-  std::vector<Eigen::Index> shape;
+  std::vector<std::uint64_t> shape;
 };
+
+// The lengths of a tuple such as "12,3" or "12,".
+std::vector<std::uint64_t> parse_shape(const std::string& text, const ByteReader& in) {
+  std::vector<std::uint64_t> shape;
+  for (const char *at = text.data(), *const end = at + text.size(); at != end;) {
+    if (*at == ',' || *at == ' ') {
+      ++at;
+      continue;
+    }
+    const auto [next, error] = std::from_chars(at, end, shape.emplace_back());
+    if (error != std::errc()) in.fail("has the shape (" + text + "), which is none");
+    at = next;
+  }
+  return shape;
+}
 
 // The parts of a header {'descr': '<f4', 'fortran_order': False, 'shape': (12,3), } that matter.
 Array parse_array(const std::string& bytes, const std::string& name) {
@@ -28,13 +45,7 @@ Array parse_array(const std::string& bytes, const std::string& name) {
   };
   Array array{between("'descr': '", "'"), bytes.substr(in.position()), {}};
   if (header.find("'fortran_order': False") == header.npos) in.fail("is stored by columns; rows are expected");
-  const std::string shape = between("'shape': (", ")");
-  for (size_t at = 0; at < shape.size(); ++at)
-    if (std::isdigit(static_cast<unsigned char>(shape[at]))) {
-      size_t length = 0;
-      array.shape.push_back(std::stoll(shape.substr(at), &length));
-      at += length;
-    }
+  array.shape = parse_shape(between("'shape': (", ")"), in);
   return array;
 }
 
@@ -68,26 +79,34 @@ class Archive {
     if (entry == arrays_.end()) throw IoError(name_, "there is no array '" + name + "'");
     return entry->second;
   }
+  // A matrix of `columns` columns (or any number, if Dynamic); a vector is one column.
   template <class T>
   Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> matrix(const std::string& name,
-                                                                           const std::string& type) const {
+                                                                           const std::string& type,
+                                                                           Eigen::Index columns) const {
     const Array& a = at(name);
-    const Eigen::Index rows = a.shape.empty() ? 1 : a.shape[0], cols = a.shape.size() < 2 ? 1 : a.shape[1];
-    if (a.type != type || a.data.size() != static_cast<size_t>(rows * cols) * sizeof(T))
-      throw IoError(name_, "array '" + name + "' is not of type " + type + " or is cut short");
-    Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> m(rows, cols);
-    std::memcpy(m.data(), a.data.data(), a.data.size());
+    const auto fail = [&](const std::string& what) { throw IoError(name_, "array '" + name + "' " + what); };
+    if (a.type != type) fail("is of type '" + a.type + "'; expected '" + type + "'");
+    if (a.shape.size() > 2) fail("has " + std::to_string(a.shape.size()) + " dimensions; expected 1 or 2");
+    const std::uint64_t rows = a.shape.empty() ? 1 : a.shape[0], cols = a.shape.size() < 2 ? 1 : a.shape[1];
+    if (columns != Eigen::Dynamic && cols != static_cast<std::uint64_t>(columns))
+      fail("has " + std::to_string(cols) + " columns; expected " + std::to_string(columns));
+    constexpr std::uint64_t kMost = std::numeric_limits<std::int32_t>::max();  // so that the product cannot wrap
+    if (rows > kMost || cols > kMost || rows * cols != a.data.size() / sizeof(T) || a.data.size() % sizeof(T) != 0)
+      fail("does not hold the " + std::to_string(rows) + " x " + std::to_string(cols) + " numbers it promises");
+    Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> m(static_cast<Eigen::Index>(rows),
+                                                                        static_cast<Eigen::Index>(cols));
+    if (m.size() > 0) std::memcpy(m.data(), a.data.data(), a.data.size());
     return m;
   }
   PcaModel pca(const std::string& name) const {
     PcaModel result;
-    const auto mean = matrix<float>(name + "_mean", "<f4");
+    const auto mean = matrix<float>(name + "_mean", "<f4", 3);
     result.mean = Eigen::Map<const Eigen::VectorXf>(mean.data(), mean.size()).cast<double>();
-    result.basis = matrix<float>(name + "_basis", "<f4").cast<double>();
-    result.variances = matrix<float>(name + "_variances", "<f4").cast<double>();
+    result.basis = matrix<float>(name + "_basis", "<f4", Eigen::Dynamic).cast<double>();
+    result.variances = matrix<float>(name + "_variances", "<f4", 1).cast<double>();
     return result;
   }
-  const std::string& name() const { return name_; }
 
  private:
   std::string name_;
@@ -96,7 +115,7 @@ class Archive {
 
 LandmarkSet read_marks(const Archive& archive, const Faces& F) {
   LandmarkSet marks;
-  const auto vertices = archive.matrix<std::int32_t>("landmark_vertices", "<i4");
+  const auto vertices = archive.matrix<std::int32_t>("landmark_vertices", "<i4", 1);
   const Array& names = archive.at("landmark_names");  // '<U12': twelve code points each, the rest zero
   const size_t count = static_cast<size_t>(vertices.size()), width = count > 0 ? names.data.size() / count : 0;
   for (size_t i = 0; i < count; ++i) {
@@ -117,11 +136,11 @@ MorphableModel read_npz_model(const std::filesystem::path& path) {
   p.shape = archive.pca("shape");
   if (archive.has("colour_mean")) p.colour = archive.pca("colour");
   if (archive.has("expression_mean")) p.expression = archive.pca("expression");
-  const Faces F = archive.matrix<std::int32_t>("faces", "<i4");
+  const Faces F = archive.matrix<std::int32_t>("faces", "<i4", 3);
   p.landmarks = read_marks(archive, F);
-  if (archive.has("uv")) p.uv = archive.matrix<double>("uv", "<f8");
+  if (archive.has("uv")) p.uv = archive.matrix<double>("uv", "<f8", 2);
   if (archive.has("mirror")) {
-    const auto mirror = archive.matrix<std::int32_t>("mirror", "<i4");
+    const auto mirror = archive.matrix<std::int32_t>("mirror", "<i4", 1);
     p.mirror.assign(mirror.data(), mirror.data() + mirror.size());
   }
   p.levels = {{static_cast<int>(p.shape.vertex_count()), F}};
