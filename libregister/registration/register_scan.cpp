@@ -3,6 +3,7 @@
 #include "libregister/registration/register_scan.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <sstream>
@@ -29,6 +30,20 @@ std::vector<LandmarkTarget> landmark_targets(const MultiresTemplate& reference, 
   }
   return targets;
 }
+
+class StageClock {
+ public:
+  explicit StageClock(RegisterSummary* summary) : summary_(summary) {}
+  void finish(const std::string& stage) {
+    const auto now = std::chrono::steady_clock::now();
+    summary_->seconds.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
+    last_ = now;
+  }
+
+ private:
+  RegisterSummary* summary_;
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
 
 // One scan on its way through the levels.
 class Registration {
@@ -87,6 +102,7 @@ void describe_matches(const Correspondence& m, RegistrationResult* r) {
   s.mirrored = m.count(MatchOrigin::mirrored);
   s.interpolated = m.count(MatchOrigin::interpolated);
   s.free = m.count(MatchOrigin::free);
+  for (const MatchStatus status : m.status) ++s.match_status[static_cast<size_t>(status)];
   r->origins = m.origins;
   r->visibility = m.weights;
   for (Eigen::Index i = 0; i < r->visibility.size(); ++i)
@@ -152,15 +168,18 @@ RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, c
                                  const RegisterOptions& options) {
   check(scan, reference, options);
   RegistrationResult result;
+  StageClock clock(&result.summary);
   DenoiseResult clean = denoise(scan, options.denoise);
   result.summary.denoise = clean.summary;
   result.denoised = clean.mesh;
+  clock.finish("denoise");
   const Mesh base = reference.level_mesh(0);
   const GlobalMapResult map =
       global_mapping(base.V, locate(reference.landmarks, base.V, base.F), landmarks, options.global, options.align);
   describe_alignment(map, &result.summary);
   result.landmarks = map.alignment.landmarks;
   const std::vector<LandmarkTarget> pulls = landmark_targets(reference, map, options.landmark_stddev);
+  clock.finish("global mapping");
   const MatchTarget target(std::move(clean.mesh), std::move(clean.reliability));
   const Registration registration(reference, target, options, pulls);
   const auto keep = [&](const std::string& name, const Vertices& V, const Faces& F) {
@@ -168,6 +187,7 @@ RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, c
   };
   result.V = map.V;
   keep("global", result.V, base.F);
+  clock.finish("search structures");
   Correspondence matches;
   for (int level = 0; level < static_cast<int>(reference.levels.size()); ++level) {
     const TemplateLevel& l = reference.levels[static_cast<size_t>(level)];
@@ -175,10 +195,12 @@ RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, c
     matches = registration.run_level(level, result.V);
     unfold(result.V, l.F);
     keep("level" + std::to_string(level), result.V, l.F);
+    clock.finish("level " + std::to_string(level));
   }
   describe_matches(matches, &result);
   measure(target, reference.levels.back().F, pulls, &result);
   judge(&result);
+  clock.finish("measuring");
   return result;
 }
 

@@ -3,7 +3,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "libmodel/core/landmarks.h"
@@ -50,12 +52,14 @@ struct RegisterSummary {
   bool swapped_left_right = false;
   double lambda = 0, leave_one_out_rms = 0;                   ///< of the thin-plate spline; mm
   int matched = 0, mirrored = 0, interpolated = 0, free = 0;  ///< vertices of the finest level
+  std::array<int, kMatchStatusCount> match_status{};          ///< vertices per MatchStatus in the last iteration
   double surface_mean = 0, surface_p95 = 0;                   ///< mm, matched vertices to the denoised scan
   double landmark_mean = 0, landmark_max = 0;                 ///< mm, at the landmarks used
   int folds = 0;                                              ///< folded edges of the finest level
   double fold_percent = 0;                                    ///< share of interior edges
   bool acceptable = true;                                     ///< false: see `concern`
   std::string concern;                                        ///< why a person should look at it
+  std::vector<std::pair<std::string, double>> seconds;        ///< wall time per stage, in their order
 };
 
 struct RegistrationStage {
