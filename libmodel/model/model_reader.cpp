@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facewright: multi-resolution 3D morphable face models.
+#include <array>
 #include <nlohmann/json.hpp>
 
 #include "libmodel/core/errors.h"
@@ -17,19 +18,31 @@ json parse_json(const Hdf5Reader& h5, const std::string& path) {
   return value;
 }
 
-template <class T>
-T from_json(const Hdf5Reader& h5, const std::string& path) {
+// What `take` makes of the JSON text at `path`; JSON of another kind than `take` expects is an error of the file.
+template <class Take>
+auto from_json(const Hdf5Reader& h5, const std::string& path, Take take) {
   try {
-    return parse_json(h5, path).get<T>();
+    return take(parse_json(h5, path));
   } catch (const json::exception& error) {
     h5.fail(path, std::string("has an unexpected content: ") + error.what());
   }
 }
 
+template <class T>
+T from_json(const Hdf5Reader& h5, const std::string& path) {
+  return from_json(h5, path, [](const json& value) { return value.get<T>(); });
+}
+
+int one_integer(const Hdf5Reader& h5, const std::string& path) {
+  const RowMatrixXi value = h5.integers(path);
+  if (value.size() != 1) h5.fail(path, "holds " + std::to_string(value.size()) + " numbers; expected one");
+  return value(0, 0);
+}
+
 int minor_version(const Hdf5Reader& h5, const std::string& group) {
   for (const std::string& at : {group + "/version", std::string("/version")})
     if (h5.has(at + "/minorVersion")) {
-      const int major = h5.integers(at + "/majorVersion")(0, 0), minor = h5.integers(at + "/minorVersion")(0, 0);
+      const int major = one_integer(h5, at + "/majorVersion"), minor = one_integer(h5, at + "/minorVersion");
       if (major != 0 || minor < 8)
         h5.fail(at, "is " + std::to_string(major) + "." + std::to_string(minor) + "; readable are 0.8 and 0.9");
       return minor;
@@ -66,9 +79,15 @@ PcaModel read_statistics(const Hdf5Reader& h5, const std::string& group) {
   return pca;
 }
 
+Faces read_triangles(const Hdf5Reader& h5, const std::string& path) {
+  const RowMatrixXi table = h5.integers(path);
+  if (table.cols() != 3) h5.fail(path, "has " + std::to_string(table.cols()) + " columns; expected 3");
+  return table;
+}
+
 Faces read_cells(const Hdf5Reader& h5, const std::string& shape_group) {
   const std::string legacy = shape_group + "/representer/reference-mesh/triangle-list";
-  if (h5.has(legacy)) return h5.integers(legacy);
+  if (h5.has(legacy)) return read_triangles(h5, legacy);
   const std::string path = shape_group + "/representer/cells";
   const RowMatrixXi cells = h5.integers(path);
   if (cells.rows() != 3) h5.fail(path, "has " + std::to_string(cells.rows()) + " rows; expected 3");
@@ -87,11 +106,15 @@ LandmarkSet read_landmarks_of(const Hdf5Reader& h5, const std::string& metadata,
   if (h5.has(vertices)) {
     for (const auto& [name, v] : from_json<std::map<std::string, int>>(h5, vertices)) marks[name].vertex = v;
   } else if (h5.has(coordinates)) {
-    for (const json& entry : from_json<std::vector<json>>(h5, coordinates)) {
-      const auto x = entry.value("coordinates", std::vector<double>{});
-      if (x.size() != 3 || !entry.contains("id")) h5.fail(coordinates, "has an entry without id or three coordinates");
-      marks[entry["id"].get<std::string>()].vertex = nearest_vertex(shape, {x[0], x[1], x[2]});
-    }
+    if (shape.empty()) h5.fail(coordinates, "names landmarks of a mean without vertices");
+    marks = from_json(h5, coordinates, [&](const json& list) {
+      LandmarkSet found;
+      for (const json& entry : list) {
+        const auto x = entry.at("coordinates").get<std::array<double, 3>>();
+        found[entry.at("id").get<std::string>()].vertex = nearest_vertex(shape, {x[0], x[1], x[2]});
+      }
+      return found;
+    });
   }
   return marks;
 }
@@ -102,18 +125,13 @@ std::map<std::string, SurfacePoint, LandmarkNameOrder> read_landmark_points(cons
   std::map<std::string, SurfacePoint, LandmarkNameOrder> points;
   const std::string path = ext + "/landmark_points";
   if (!h5.has(path)) return points;
-  for (const auto& [name, entry] : from_json<std::map<std::string, json>>(h5, path)) {
-    const auto b = entry.value("barycentric", std::vector<double>{});
-    if (b.size() != 3) h5.fail(path, "has an entry without three barycentric coordinates: " + name);
-    if (entry.value("vertex", -1) < 0) points[name] = {entry.value("triangle", -1), {b[0], b[1], b[2]}};
-  }
-  return points;
-}
-
-Faces read_triangles(const Hdf5Reader& h5, const std::string& path) {
-  const RowMatrixXi table = h5.integers(path);
-  if (table.cols() != 3) h5.fail(path, "does not have three columns");
-  return table;
+  return from_json(h5, path, [&](const json& table) {
+    for (const auto& [name, entry] : table.items()) {
+      const auto b = entry.at("barycentric").get<std::array<double, 3>>();
+      if (entry.value("vertex", -1) < 0) points[name] = {entry.value("triangle", -1), {b[0], b[1], b[2]}};
+    }
+    return points;
+  });
 }
 
 void check_format(const Hdf5Reader& h5, const std::string& ext) {
@@ -157,6 +175,7 @@ void read_coarse_levels(const Hdf5Reader& h5, MorphableModelParts& parts) {
   for (Eigen::Index l = 0; l + 1 < table.rows(); ++l) {
     const std::string shape = "/level" + std::to_string(l) + "/shape";
     const Eigen::VectorXd mean = column(h5, shape + "/model/mean");
+    if (mean.size() % 3 != 0) h5.fail(shape + "/model/mean", "does not hold three numbers per vertex");
     if (mean.size() > parts.shape.mean.size() || mean != parts.shape.mean.head(mean.size()))
       h5.fail(shape + "/model/mean", "is not the leading part of the finest level's: the levels do not nest");
     levels.push_back({static_cast<int>(mean.size() / 3), read_cells(h5, shape),

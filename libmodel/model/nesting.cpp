@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "libmodel/core/errors.h"
 #include "libmodel/model/surface_points.h"
 
 namespace facewright {
@@ -60,6 +61,8 @@ class Comparison {
                const std::string& unit) {
     add(mean, part.mean.size() == 3 * n_ ? difference(part.mean, whole.mean) : kMissing, 0, unit);
     if (part.mode_count() == 0 && whole.mode_count() == 0) return;
+    if (part.mode_count() == 0 || part.basis.rows() > whole.basis.rows())
+      return add(name + " basis rows", kMissing, 0, unit + " per standard deviation");
     const bool alike = part.basis.rows() == part.mean.size() && part.variances.size() == whole.variances.size() &&
                        part.variances == whole.variances;
     if (alike || !part.orthonormal || part.mode_count() > whole.mode_count()) {
@@ -101,12 +104,16 @@ class Comparison {
       const auto other = fine.find(name);
       if (other == fine.end() || (mark.vertex != other->second.vertex)) return kMissing;
       if (mark.vertex >= 0) continue;
-      if (base > n_) return kMissing;
+      if (base > n_ || n_ > fine_.vertex_count()) return kMissing;
       const SurfacePoint& p = other->second.point;
-      const SurfacePoint carried =
-          carry_point(mark.point, coarse_.faces(), n_, {fine_.parents().begin() + (n_ - base), fine_.parents().end()},
-                      fine_.faces());
-      worst = std::max(worst, distance(carried, p));
+      try {
+        const SurfacePoint carried =
+            carry_point(mark.point, coarse_.faces(), n_, {fine_.parents().begin() + (n_ - base), fine_.parents().end()},
+                        fine_.faces());
+        worst = std::max(worst, distance(carried, p));
+      } catch (const InvalidInput&) {
+        return kMissing;  // no fine triangle lies in the coarse one
+      }
     }
     return worst;
   }

@@ -165,6 +165,51 @@ TEST_F(ModelFile, RefusesInconsistentContent) {
   EXPECT_THAT(loading(file_with([](auto&, auto& F) { F(2, 1) = 10; })), ThrowsMessage<IoError>(HasSubstr("triangle")));
 }
 
+// Whatever is wrong, the message names the file and the dataset, and nothing is read or written out of bounds.
+TEST_F(ModelFile, RefusesTablesAndJsonOfAnotherKindByName) {
+  Random random(11);
+  const PcaModel pca = testing::random_pca(random, 30, 3, 5);
+  const auto file_with = [&](auto change) {
+    Hdf5Writer h5;
+    h5.vector("/model/mean", pca.mean.cast<float>());
+    h5.matrix("/model/pcaBasis", RowMatrixXf(pca.basis.cast<float>()));
+    h5.vector("/model/pcaVariance", pca.variances.cast<float>());
+    change(h5);
+    return h5.bytes();
+  };
+  const auto refuses = [&](const std::string& dataset, const std::string& what, auto change) {
+    EXPECT_THAT(loading(file_with(change)),
+                ThrowsMessage<IoError>(AllOf(HasSubstr(file.string()), HasSubstr(dataset), HasSubstr(what))));
+  };
+  const auto cells = [](Hdf5Writer& h5) {
+    h5.matrix("/representer/cells", RowMatrixXi(testing::strip(10).transpose()));
+  };
+  const std::string legacy = "/representer/reference-mesh/triangle-list";
+  for (const int columns : {1, 2, 4})
+    refuses(legacy, std::to_string(columns) + " columns; expected 3",
+            [&](Hdf5Writer& h5) { h5.matrix(legacy, RowMatrixXi(RowMatrixXi::Zero(8, columns))); });
+  EXPECT_NO_THROW(loading(file_with([&](Hdf5Writer& h5) { h5.matrix(legacy, RowMatrixXi(testing::strip(10))); }))());
+  refuses("/version/majorVersion", "expected one", [&](Hdf5Writer& h5) {
+    cells(h5);
+    h5.vector("/version/majorVersion", std::vector<std::int32_t>{});
+    h5.scalar("/version/minorVersion", 9);
+  });
+  const std::string coordinates = "/metadata/landmarks/json", places = "/metadata/ext/landmark_points";
+  for (const char* text :
+       {"[1]", "3", "{\"a\": 1}", R"([{"id": 3, "coordinates": [1, 2, 3]}])", R"([{"id": "a", "coordinates": "x"}])",
+        R"([{"id": "a", "coordinates": [1, 2]}])", R"([{"coordinates": [1, 2, 3]}])"})
+    refuses(coordinates, "unexpected content", [&](Hdf5Writer& h5) {
+      cells(h5);
+      h5.string(coordinates, text);
+    });
+  for (const char* text : {"3", "[3]", R"({"31": 3})", R"({"31": {"barycentric": [1, 0]}})",
+                           R"({"31": {"barycentric": [1, 0, 0], "triangle": "x"}})"})
+    refuses(places, "unexpected content", [&](Hdf5Writer& h5) {
+      cells(h5);
+      h5.string(places, text);
+    });
+}
+
 TEST_F(ModelFile, RefusesLevelsThatDoNotNest) {
   std::string bytes = serialise_model(MorphableModel(testing::random_parts(10)));
   // Change one float of level 1's mean: the only run of bytes equal to its values 30..36 beyond level 0's.

@@ -30,6 +30,19 @@ inline Faces strip(int n) {
   return F;
 }
 
+// The same either side of a midline edge 0 1: a strip of even vertices, and its mirror image of odd ones. `n` is even.
+inline Faces symmetric_strip(int n) {
+  const int half = n / 2 - 1;  // triangles per side
+  const Faces one = strip(half + 2);
+  const auto vertex = [](int i, int side) { return i < 2 ? i : 2 * (i - 1) + side; };
+  Faces F(2 * half, 3);
+  for (int i = 0; i < half; ++i) {
+    F.row(2 * i) << vertex(one(i, 0), 0), vertex(one(i, 1), 0), vertex(one(i, 2), 0);
+    F.row(2 * i + 1) << vertex(one(i, 0), 1), vertex(one(i, 2), 1), vertex(one(i, 1), 1);
+  }
+  return F;
+}
+
 /// Three levels of 12, 20 and 40 vertices, colour, expression, landmarks, uv, symmetry, parents.
 inline MorphableModelParts random_parts(std::uint64_t seed) {
   Random random(seed);
@@ -37,9 +50,9 @@ inline MorphableModelParts random_parts(std::uint64_t seed) {
   p.shape = random_pca(random, 120, 5, 10);
   p.colour = random_pca(random, 120, 4, 0.05, 0.5);
   p.expression = random_pca(random, 120, 2, 1);
-  for (int n : {12, 20, 40}) p.levels.push_back({n, strip(n)});
+  for (int n : {12, 20, 40}) p.levels.push_back({n, symmetric_strip(n)});
   p.uv = TexCoords::NullaryExpr(40, 2, [&] { return random.uniform(); });
-  for (int v = 0; v < 40; ++v) p.mirror.push_back(v ^ 1);
+  for (int v = 0; v < 40; ++v) p.mirror.push_back(v < 2 ? v : v ^ 1);
   for (int v = 6; v < 40; ++v) p.parents.push_back({v - 2, v - 1, v % 5 == 0 ? v - 3 : -1});
   p.landmarks["31"] = {{0, Eigen::Vector3d::UnitX()}, 0};
   p.landmarks["9"] = {{5, Eigen::Vector3d::UnitX()}, p.levels[0].F(5, 0)};

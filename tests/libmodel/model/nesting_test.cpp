@@ -52,7 +52,7 @@ TEST(Nesting, EveryQuantityThatIsBrokenIsNamedWithItsDeviation) {
       {"landmark vertices", [](auto& p) { p.landmarks["31"].vertex = 2; }},
       {"regions", [](auto& p) { p.regions["lips"].pop_back(); }},
       {"contours", [](auto& p) { std::swap(p.regions["left_contour"][0], p.regions["left_contour"][1]); }},
-      {"symmetry", [](auto& p) { std::swap(p.mirror[0], p.mirror[2]), std::swap(p.mirror[1], p.mirror[3]); }},
+      {"symmetry", [](auto& p) { std::swap(p.mirror[2], p.mirror[3]); }},
       {"parents", [](auto& p) { p.parents[3].a -= 1; }}};
   for (const auto& [quantity, change] : changes) {
     MorphableModelParts parts = model.level(1).parts();
@@ -81,6 +81,36 @@ TEST(Nesting, BasesMadeOrthonormalLevelByLevelAreTheSameUpToARotation) {
   rows = compare_levels(MorphableModel(parts), model.level(2));
   ASSERT_FALSE(all_hold(rows));
   EXPECT_EQ(broken(rows)->quantity, "shape basis rows up to a rotation");
+}
+
+// What one of the two does not have is a row that fails, whichever of the two it is.
+TEST(Nesting, MissingOrSmallerPartsAreDeviationsNotErrors) {
+  const MorphableModel model(testing::random_parts(6));
+  const auto expect_missing = [&](const MorphableModel& coarse, const MorphableModel& fine, const std::string& what) {
+    const auto rows = compare_levels(coarse, fine);
+    EXPECT_TRUE(std::any_of(rows.begin(), rows.end(), [&](const NestingRow& r) {
+      return !r.holds() && r.quantity.find(what) != r.quantity.npos;
+    })) << what;
+  };
+  const auto without = [](const MorphableModel& level, auto change) {
+    MorphableModelParts p = level.parts();
+    change(p);
+    return MorphableModel(std::move(p));
+  };
+  const auto no_colour = [](auto& p) { p.colour = {}; };
+  const auto no_expression = [](auto& p) { p.expression.reset(); };
+  const auto no_modes = [](auto& p) { p.shape = p.shape.truncated(0); };
+  const auto orthonormal = [](auto& p) { p.shape = p.shape.orthonormalised(), p.colour = p.colour.orthonormalised(); };
+  for (const auto& [coarse, fine] : {std::pair(model.level(0), model.level(1)),
+                                     {without(model.level(0), orthonormal), without(model.level(1), orthonormal)}}) {
+    expect_missing(without(coarse, no_colour), fine, "colour basis");
+    expect_missing(coarse, without(fine, no_colour), "colour basis");
+    expect_missing(without(coarse, no_expression), fine, "expression basis");
+    expect_missing(coarse, without(fine, no_expression), "expression basis");
+    expect_missing(without(coarse, no_modes), fine, "shape basis");
+    expect_missing(coarse, without(fine, no_modes), "shape basis");
+    expect_missing(fine, coarse, "positions");  // the wrong way round
+  }
 }
 
 // A square of two triangles; the diagonal is bisected, then the sides, as 4-8 refinement does.
@@ -176,6 +206,28 @@ TEST(Companions, LandmarksThatAreNoVerticesHaveAPlaceOnEveryLevel) {
   }
   for (const NestingRow& row : compare_levels(model.level(0), model.level(1)))
     EXPECT_EQ(row.deviation, 0) << row.quantity;
+}
+
+// A model whose fine triangles are not parts of the coarse ones: the place cannot be carried, which is a row that
+// fails.
+TEST(Companions, PlacesThatCannotBeCarriedAreADeviation) {
+  const Square s;
+  const auto model_of = [&](const Vertices& V, const Faces& F, const std::vector<VertexParents>& parents) {
+    MorphableModelParts p;
+    p.shape.mean = as_vector(V);
+    p.shape.basis.resize(3 * V.rows(), 0);
+    p.parents = parents;
+    p.landmarks["31"].vertex = 3;
+    p.levels = {{static_cast<int>(V.rows()), F}};
+    p.levels[0].landmark_points["31"] = {0, {0.2, 0.3, 0.5}};
+    return MorphableModel(p);
+  };
+  const MorphableModel coarse = model_of(s.V.topRows(4), s.coarse, {});
+  for (const NestingRow& row : compare_levels(coarse, model_of(s.V, s.fine.middleRows(3, 1), s.parents))) {
+    EXPECT_EQ(row.holds(), row.quantity != "landmark places") << row.quantity;
+  }
+  const MorphableModel fine = model_of(s.V, s.fine, s.parents);
+  EXPECT_FALSE(all_hold(compare_levels(fine, coarse))) << "the wrong way round";
 }
 
 }  // namespace
