@@ -8,8 +8,12 @@
 #include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
+#include <cctype>
+#include <charconv>
 #include <cmath>
+#include <fstream>
 #include <map>
+#include <sstream>
 #include <unordered_map>
 
 #include "libmodel/core/errors.h"
@@ -18,6 +22,13 @@ namespace facewright {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr int kMostHeaderLines = 10000;
+
+std::string lower_case(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
 
 struct PositionHash {
   size_t operator()(const std::array<float, 3>& p) const {
@@ -147,6 +158,33 @@ fs::path main_texture(const aiScene& scene, const Collector& collector, const fs
   return best;
 }
 
+// assimp takes memory for what a PLY header promises before it looks at the rest: a header that promises more items
+// than the file has bytes is refused here.
+void check_ply_counts(const fs::path& file, std::uintmax_t bytes) {
+  std::ifstream in(file, std::ios::binary);
+  std::string line;
+  for (int number = 1; number <= kMostHeaderLines && std::getline(in, line); ++number) {
+    std::istringstream words(line);
+    std::string keyword, name, count;
+    words >> keyword >> name >> count;
+    if (keyword == "end_header") return;
+    if (keyword != "element") continue;
+    std::uintmax_t items = 0;
+    const auto [end, error] = std::from_chars(count.data(), count.data() + count.size(), items);
+    if (error != std::errc() || end != count.data() + count.size() || items > bytes)
+      throw IoError(file.string(), number,
+                    "the header promises '" + count.substr(0, 40) + "' of element '" + name.substr(0, 40) +
+                        "'; the file holds " + std::to_string(bytes) +
+                        " bytes. It is damaged or cut short: export the scan again");
+  }
+}
+
+std::string why_not(const std::string& assimp_error) {
+  if (assimp_error.find("bad_alloc") == assimp_error.npos && assimp_error.find("length_error") == assimp_error.npos)
+    return assimp_error;
+  return "it says it is larger than memory holds; it is damaged or cut short: export the scan again";
+}
+
 }  // namespace
 
 const std::vector<std::string>& mesh_extensions() {
@@ -161,13 +199,14 @@ ImportedMesh import_mesh(const fs::path& file) {
   if (error) throw IoError(file.string(), "cannot be opened: " + error.message());
   if (bytes == 0) throw IoError(file.string(), "the file is empty");
   if (bytes > (std::uintmax_t{1} << 32)) throw IoError(file.string(), "larger than 4 GiB, which no face scan is");
+  if (lower_case(file.extension().string()) == ".ply") check_ply_counts(file, bytes);
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   // JoinIdenticalVertices undoes assimp's one-vertex-per-corner reading of OBJ; SortByPType drops points and lines.
   const aiScene* scene =
       importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_JoinIdenticalVertices | aiProcess_SortByPType);
   if (!scene || !scene->mRootNode)
-    throw IoError(file.string(), std::string("cannot be read as a mesh: ") + importer.GetErrorString());
+    throw IoError(file.string(), "cannot be read as a mesh: " + why_not(importer.GetErrorString()));
   Collector collector;
   walk(*scene, *scene->mRootNode, aiMatrix4x4(), &collector);
   ImportedMesh result;

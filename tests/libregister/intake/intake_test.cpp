@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facewright: multi-resolution 3D morphable face models.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
@@ -81,6 +82,26 @@ TEST(ImportMesh, ExplainsFilesThatAreNoMesh) {
              "z\nend_header\n0 0 0\n1 1 1\n");
   for (const char* name : {"empty.ply", "noise.obj", "points.ply", "missing.obj"})
     EXPECT_THROW(import_mesh(folder / name), IoError) << name;
+}
+
+TEST(ImportMesh, CountsThatTheFileCannotHoldAreRefusedInWords) {
+  const TemporaryDirectory folder;
+  const auto message = [&](const std::string& format, const std::string& vertices) {
+    write_text(folder / "a.PLY", "ply\nformat " + format + " 1.0\nelement vertex " + vertices +
+                                     "\nproperty float x\nproperty float y\nproperty float z\nelement face 1\n" +
+                                     "property list uchar int vertex_indices\nend_header\n1 2 3\n");
+    try {
+      import_mesh(folder / "a.PLY");
+    } catch (const IoError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"})
+    for (const char* count : {"4000000000", "2147483647", "99999999999999999999999", "-1"})
+      EXPECT_THAT(message(format, count), ::testing::AllOf(::testing::HasSubstr("a.PLY:3: "),
+                                                           ::testing::HasSubstr("promises '" + std::string(count)),
+                                                           ::testing::Not(::testing::HasSubstr("alloc"))));
 }
 
 TEST(RepairMesh, LeavesAGoodMeshAlone) {
