@@ -14,6 +14,7 @@ namespace {
 DenoiseMethod denoise_from_name(const std::string& name) {
   if (name == "gauss") return DenoiseMethod::gaussian;
   if (name == "median") return DenoiseMethod::median;
+  if (name == "bilateral") return DenoiseMethod::bilateral;
   if (name == "none") return DenoiseMethod::none;
   return DenoiseMethod::automatic;
 }
@@ -87,7 +88,8 @@ int main(int argc, char** argv) {
   app.add_flag("--asymmetric", asymmetric, "Refine left and right independently");
   app.add_option("--variance", options.variance_share, "Share of the variance kept in shape and colour")
       ->check(CLI::Range(0.01, 1.0));
-  app.add_option("--denoise", denoise, "Noise filter")->check(CLI::IsMember({"auto", "gauss", "median", "none"}));
+  app.add_option("--denoise", denoise, "Noise filter")
+      ->check(CLI::IsMember({"auto", "gauss", "median", "bilateral", "none"}));
   app.add_option("--landmark-stddev", options.registration.landmark_stddev,
                  "Precision of landmarks that state none, mm")
       ->check(CLI::Range(0.01, 20.0));
