@@ -110,7 +110,7 @@ void remove_strangers(const std::vector<ScanFiles>& files, const OutputTree& tre
   std::map<std::string, bool> known;
   for (const ScanFiles& f : files) known[f.id] = true;
   const std::map<std::string, std::vector<std::string>> ours = {
-      {"registered", {".ply"}}, {"scans", {".json", ".origins"}}, {"problematic", {".txt"}}};
+      {"registered", {".ply"}}, {"scans", {".json", ".origins", ".png"}}, {"problematic", {".txt"}}};
   for (const auto& [folder, extensions] : ours) {
     if (!fs::is_directory(tree.root / folder)) continue;
     std::vector<fs::path> strangers;

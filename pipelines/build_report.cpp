@@ -3,6 +3,7 @@
 #include "pipelines/build_report.h"
 
 #include <algorithm>
+#include <cctype>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <sstream>
@@ -86,12 +87,26 @@ std::string escape(const std::string& text) {
   return out;
 }
 
+// An id as part of a link.
+std::string url(const std::string& text) {
+  std::ostringstream out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte > 127 || std::isalnum(byte) || c == '-' || c == '_' || c == '.')
+      out << c;
+    else
+      out << '%' << "0123456789ABCDEF"[byte >> 4] << "0123456789ABCDEF"[byte & 15];
+  }
+  return out.str();
+}
+
 void scan_row(const ScanOutcome& o, const OutputTree& tree, std::ostringstream& html) {
-  html << "<tr><td>" << escape(o.id) << "</td>";
   if (!o.registered) {
-    html << "<td colspan=6 class=bad>left out: " << escape(o.reason) << "</td></tr>\n";
+    html << "<tr><td>" << escape(o.id) << "</td>"
+         << "<td colspan=6 class=bad>left out: " << escape(o.reason) << "</td></tr>\n";
     return;
   }
+  html << "<tr><td><a href='../scans/" << url(o.id) << ".png'>" << escape(o.id) << "</a></td>";
   const auto j = nlohmann::json::parse(read_file(tree.scan_report(o.id)));
   const auto& origins = j["origins"];
   html << "<td>" << origins["matched"] << "</td><td>" << origins["mirrored"] << "</td><td>" << origins["interpolated"]
@@ -117,7 +132,8 @@ std::string page(const MorphableModel& model, const BuildPipelineSummary& summar
           "<h2>Random faces, drawn with 0.75 standard deviations</h2><img src=samples.png alt='Faces drawn from the "
           "model'>\n"
           "<h2>Registered scans</h2><img src=registered.png alt='Registered scans'>\n"
-          "<h2>Scans</h2><table><tr><th>scan<th>matched<th>mirrored<th>interpolated<th>surface mm<th>landmarks "
+          "<h2>Scans</h2><p>Each leads to a picture of its distance from the "
+          "scan.</p><table><tr><th>scan<th>matched<th>mirrored<th>interpolated<th>surface mm<th>landmarks "
           "mm<th>folds</tr>\n";
   for (const bool wanted : {false, true})  // failures first
     for (const ScanOutcome& o : summary.scans)

@@ -17,6 +17,8 @@ struct OutputTree {
   std::filesystem::path scan_report(const std::string& id) const { return root / "scans" / (id + ".json"); }
   /// One character per vertex of the finest level: m matched, r mirrored, i interpolated, f free.
   std::filesystem::path scan_origins(const std::string& id) const { return root / "scans" / (id + ".origins"); }
+  /// Signed distance of the registered mesh to the scan (error_picture.h).
+  std::filesystem::path error_picture(const std::string& id) const { return root / "scans" / (id + ".png"); }
   std::filesystem::path problem(const std::string& id) const { return root / "problematic" / (id + ".txt"); }
   std::filesystem::path level(int vertices) const { return root / "levels" / std::to_string(vertices); }
   std::filesystem::path isomap() const { return root / "isomap.json"; }

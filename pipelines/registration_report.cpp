@@ -2,6 +2,9 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "pipelines/registration_report.h"
 
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "libmodel/building/colour_sampling.h"
@@ -11,6 +14,64 @@
 namespace facewright {
 
 using Json = nlohmann::ordered_json;
+
+namespace {
+
+// In the order of MatchStatus.
+constexpr const char* kStatusNames[kMatchStatusCount] = {"accepted",       "too_far",    "normal_disagrees",
+                                                         "on_scan_border", "unreliable", "not_mutual"};
+constexpr const char* kStatusWords[kMatchStatusCount] = {
+    "accepted",           "too far from the scan",
+    "facing another way", "at the scan's border",
+    "on mended parts",    "nearer to another part of the reference"};
+
+Json failures_json(const RegisterSummary& s) {
+  Json j = Json::object();
+  for (size_t k = 1; k < kMatchStatusCount; ++k) j[kStatusNames[k]] = s.match_status[k];
+  return j;
+}
+
+// printf into a string.
+std::string text(const char* format, ...) {
+  char buffer[512];
+  va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(buffer, sizeof buffer, format, arguments);
+  va_end(arguments);
+  return buffer;
+}
+
+std::string join(const std::vector<std::string>& words) {
+  std::string all;
+  for (const std::string& w : words) all += (all.empty() ? "" : " ") + w;
+  return all;
+}
+
+std::string landmark_line(const RegisterSummary& s) {
+  std::string line =
+      text("landmarks     %d used, %.2f mm off on average, %.2f mm at most; scan %.3f times the reference",
+           s.landmarks_used, s.landmark_mean, s.landmark_max, s.scale);
+  if (!s.landmarks_rejected.empty())
+    line += text("\n              %d rejected, the others put them elsewhere: ",
+                 static_cast<int>(s.landmarks_rejected.size())) +
+            join(s.landmarks_rejected);
+  if (s.swapped_left_right) line += "\n              left and right were swapped and have been put right";
+  return line;
+}
+
+std::string match_line(const RegisterSummary& s) {
+  const double share = 100.0 / std::max(1, s.matched + s.mirrored + s.interpolated + s.free);
+  std::string line =
+      text("vertices      matched %d (%.1f %%), mirrored %d (%.1f %%), interpolated %d (%.1f %%), free %d", s.matched,
+           share * s.matched, s.mirrored, share * s.mirrored, s.interpolated, share * s.interpolated, s.free);
+  std::string reasons;
+  for (size_t k = 1; k < kMatchStatusCount; ++k)
+    if (s.match_status[k] > 0)
+      reasons += (reasons.empty() ? "" : ", ") + std::to_string(s.match_status[k]) + " " + kStatusWords[k];
+  return reasons.empty() ? line : line + "\nno match      " + reasons;
+}
+
+}  // namespace
 
 std::string describe_registration(const Scan& scan, const RegisterSummary& s) {
   const Json report = {
@@ -35,21 +96,39 @@ std::string describe_registration(const Scan& scan, const RegisterSummary& s) {
       {"global_mapping", {{"scale", s.scale}, {"lambda", s.lambda}, {"leave_one_out_rms_mm", s.leave_one_out_rms}}},
       {"origins",
        {{"matched", s.matched}, {"mirrored", s.mirrored}, {"interpolated", s.interpolated}, {"free", s.free}}},
+      {"match_failures", failures_json(s)},
       {"surface_mm", {{"mean", s.surface_mean}, {"p95", s.surface_p95}}},
       {"folded_edges", {{"count", s.folds}, {"percent", s.fold_percent}}},
       {"acceptable", s.acceptable},
-      {"concern", s.concern}};
+      {"concern", s.concern},
+      {"stage_seconds", Json(Json::object_t(s.seconds.begin(), s.seconds.end()))}};
   return report.dump(1);
 }
 
-Mesh coloured_registration(const Scan& scan, const RegistrationResult& r, const Faces& F) {
+std::string summarise_registration(const RegisterSummary& s) {
+  std::string lines = text("denoising     noise %.3f mm, %d spikes put back, %d vertices moved", s.denoise.noise,
+                           s.denoise.spikes, s.denoise.filtered);
+  lines += "\n" + landmark_line(s) + "\n" + match_line(s);
+  lines += text("\nsurface       mean %.3f mm, 95 %% within %.3f mm of the denoised scan (matched vertices)",
+                s.surface_mean, s.surface_p95);
+  lines += text("\nfolds         %d edges (%.4f %%)\nseconds      ", s.folds, s.fold_percent);
+  for (const auto& [stage, seconds] : s.seconds) lines += text(" %s %.2f,", stage.c_str(), seconds);
+  if (!s.seconds.empty()) lines.pop_back();
+  return lines;
+}
+
+std::vector<NearestPoint> nearest_on_scan(const RegistrationResult& r, int threads) {
+  return SurfaceIndex(r.denoised.V, r.denoised.F).nearest(r.V, threads);
+}
+
+Mesh coloured_registration(const Scan& scan, const RegistrationResult& r, const Faces& F,
+                           const std::vector<NearestPoint>& on_scan) {
   Mesh mesh;
   mesh.V = r.V;
   mesh.F = F;
   Mesh source = scan.mesh;
   source.V = r.denoised.V;
-  const SurfaceIndex index(source.V, source.F);
-  mesh.colours = sample_colours(source, scan.texture, index.nearest(r.V), vertex_edge_lengths(r.V, F));
+  mesh.colours = sample_colours(source, scan.texture, on_scan, vertex_edge_lengths(r.V, F));
   return mesh;
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "libmodel/surface/nearest.h"
 #include "libregister/intake/scan.h"
 #include "libregister/registration/register_scan.h"
 
@@ -13,8 +14,16 @@ namespace facewright {
 /// How a scan's registration went, as JSON text (the layout of OUT/scans/ID.json, docs/file-formats.md).
 std::string describe_registration(const Scan& scan, const RegisterSummary& summary);
 
-/// The registered mesh on the finest level with the scan's colours, if it has any.
-Mesh coloured_registration(const Scan& scan, const RegistrationResult& result, const Faces& F);
+/// The same for people: a few lines on what was mended, used, rejected and found, and how long it took.
+std::string summarise_registration(const RegisterSummary& summary);
+
+/// The nearest places on the denoised scan to the registered vertices (N).
+std::vector<NearestPoint> nearest_on_scan(const RegistrationResult& result, int threads = 1);
+
+/// The registered mesh on the finest level with the scan's colours, if it has any. `on_scan` is what nearest_on_scan
+/// tells.
+Mesh coloured_registration(const Scan& scan, const RegistrationResult& result, const Faces& F,
+                           const std::vector<NearestPoint>& on_scan);
 
 /// One letter per vertex: m matched, r mirrored, i interpolated, f free.
 std::string origin_letters(const std::vector<MatchOrigin>& origins);

@@ -7,9 +7,11 @@
 
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/image_files.h"
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/io/sha256.h"
 #include "libregister/intake/mesh_import.h"
+#include "pipelines/error_picture.h"
 #include "pipelines/registration_report.h"
 
 namespace facewright {
@@ -64,7 +66,8 @@ std::string scan_key(const ScanFiles& files, const std::string& reference_key, c
 }
 
 bool is_done(const std::string& id, const std::string& key, const OutputTree& tree) {
-  if (!fs::exists(tree.scan_report(id)) || !fs::exists(tree.registered(id)) || !fs::exists(tree.scan_origins(id)))
+  if (!fs::exists(tree.scan_report(id)) || !fs::exists(tree.registered(id)) || !fs::exists(tree.scan_origins(id)) ||
+      !fs::exists(tree.error_picture(id)))
     return false;
   const Json report = Json::parse(read_file(tree.scan_report(id)), nullptr, false);
   return !report.is_discarded() && report.value("key", "") == key &&
@@ -73,7 +76,9 @@ bool is_done(const std::string& id, const std::string& key, const OutputTree& tr
 
 void write_outputs(const Scan& scan, const RegistrationResult& r, const MultiresTemplate& reference,
                    const std::string& key, double started, const OutputTree& tree) {
-  write_ply(tree.registered(scan.id), coloured_registration(scan, r, reference.levels.back().F));
+  const std::vector<NearestPoint> on_scan = nearest_on_scan(r);
+  write_ply(tree.registered(scan.id), coloured_registration(scan, r, reference.levels.back().F, on_scan));
+  write_png(tree.error_picture(scan.id), error_picture(r, reference, on_scan));
   write_file(tree.scan_origins(scan.id), origin_letters(r.origins));
   Json report = Json::parse(describe_registration(scan, r.summary));
   const auto now = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -85,7 +90,7 @@ void write_outputs(const Scan& scan, const RegistrationResult& r, const Multires
 
 void write_problem(const std::string& id, const ScanFiles& files, const std::string& reason, const OutputTree& tree) {
   std::error_code ignored;
-  for (const auto& stale : {tree.scan_report(id), tree.registered(id), tree.scan_origins(id)})
+  for (const auto& stale : {tree.scan_report(id), tree.registered(id), tree.scan_origins(id), tree.error_picture(id)})
     fs::remove(stale, ignored);
   write_file(tree.problem(id), "scan: " + files.mesh.string() + "\n" + reason + "\n");
 }
