@@ -100,6 +100,21 @@ void add_export_checks(const ExportNesting& e, bool each, std::vector<ModelCheck
   }
 }
 
+// Vertices of the levels; read without the whole, which is refused where levels do not nest.
+std::vector<int> counts_in(const std::string& file) {
+  const std::vector<int> counts = stored_levels(file);
+  return counts.empty() ? level_counts(load_model(file)) : counts;
+}
+
+void print_tables(const MorphableModel& model) {
+  print_levels(model);
+  print_modes("shape", model.shape());
+  print_modes("colour", model.colour());
+  if (model.expression()) print_modes("expression", *model.expression());
+  print_companions(model);
+  print_provenance(model);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -115,22 +130,15 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingDirectory);
   return run_program(argc, argv, app, common, [&] {
     if (!exports.empty() && !check) throw InvalidInput("--exports needs --check");
-    // The check goes first: a file whose levels do not nest is refused when it is loaded as a whole.
     std::vector<ModelCheck> checks;
     if (check) checks = check_model_file(input);
     if (!exports.empty())
-      for (const ExportNesting& e : exported_nesting(exports)) add_export_checks(e, common.verbose, checks);
-    const bool nested = std::all_of(checks.begin(), checks.end(), [](const ModelCheck& c) { return c.holds; });
-    if (nested) {
-      const MorphableModel model = load_model(input);
-      print_levels(model);
-      print_modes("shape", model.shape());
-      print_modes("colour", model.colour());
-      if (model.expression()) print_modes("expression", *model.expression());
-      print_companions(model);
-      print_provenance(model);
-    }
-    print_checks(checks);
-    return nested ? ExitCode::ok : ExitCode::failed;
+      for (const ExportNesting& e : exported_nesting(exports, counts_in(input)))
+        add_export_checks(e, common.verbose, checks);
+    const bool all = std::all_of(checks.begin(), checks.end(), [](const ModelCheck& c) { return c.holds; });
+    if (!all) print_checks(checks);  // before the tables, which a file that cannot be loaded has none of
+    print_tables(load_model(input));
+    if (all) print_checks(checks);
+    return all ? ExitCode::ok : ExitCode::failed;
   });
 }

@@ -81,10 +81,12 @@ void export_all(const std::filesystem::path& folder, const MorphableModel& model
     write_file(folder / (eos + "_landmarks.txt"), eos_landmark_mapping(model));
     write_file(folder / (eos + "_contours.json"), contours_json(model, l));
     write_file(folder / (eos + "_edge_topology.json"), edge_topology_json(model.faces(l)));
-    if (!model.mirror().empty())
+    if (model.mirror().empty())
+      std::filesystem::remove(folder / (eos + "_symmetry.txt"));  // an earlier model's
+    else
       write_file(folder / (eos + "_symmetry.txt"), symmetry_text(model.mirror(), model.vertex_count(l)));
   }
-  const std::vector<ExportNesting> proof = nesting_of_exports(folder);
+  const std::vector<ExportNesting> proof = nesting_of_exports(folder, level_counts(model));
   write_file(folder / "nesting.json", nesting_json(proof));
   for (const ExportNesting& e : proof)
     if (!all_hold(e.rows)) throw SolverError("export: the levels of " + e.file + " do not nest; see nesting.json");

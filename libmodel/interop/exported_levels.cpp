@@ -107,21 +107,12 @@ MorphableModel read_eos_with_companions(const fs::path& path) {
 
 MorphableModel read_whole(const fs::path& path) { return load_model(path); }
 
-std::optional<int> number(const std::string& text) {
-  int n = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), n);
-  return error == std::errc() && end == text.data() + text.size() ? std::optional(n) : std::nullopt;
-}
-
-// Files PREFIX<count>SUFFIX of a folder by their count, ascending.
-std::map<int, fs::path> by_count(const fs::path& folder, const std::string& prefix, const std::string& suffix) {
+// The files name(count) that are there, by their count, ascending.
+template <class Name>
+std::map<int, fs::path> by_count(const std::vector<int>& counts, Name name) {
   std::map<int, fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string name = entry.path().filename().string();
-    if (name.size() <= prefix.size() + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix)) continue;
-    if (const auto n = number(name.substr(prefix.size(), name.size() - prefix.size() - suffix.size())))
-      files[*n] = entry.path();
-  }
+  for (const int n : counts)
+    if (const fs::path file = name(std::to_string(n)); fs::exists(file)) files[n] = file;
   return files;
 }
 
@@ -143,9 +134,9 @@ ExportNesting nesting_of(const std::string& label, const std::map<int, fs::path>
 
 }  // namespace
 
-MorphableModel read_level_folder(const fs::path& folder, const std::string& mean_file) {
+MorphableModel read_level_folder(const fs::path& folder) {
   return guarded(folder, [&] {
-    MorphableModelParts p = parts_of(read_mesh(folder / mean_file));
+    MorphableModelParts p = parts_of(read_mesh(folder / "mean.ply"));
     const Faces& F = p.levels.back().F;
     const json vertices = read_json(folder / "landmark_vertices.json");
     for (const auto& [name, v] : vertices.items()) p.landmarks[name] = {point_at_vertex(F, v.get<int>()), v.get<int>()};
@@ -159,23 +150,26 @@ MorphableModel read_level_folder(const fs::path& folder, const std::string& mean
   });
 }
 
-std::vector<ExportNesting> nesting_of_level_folders(const fs::path& levels) {
-  std::map<int, fs::path> folders;
-  for (const auto& entry : fs::directory_iterator(levels))
-    if (const auto n = number(entry.path().filename().string()); n && entry.is_directory()) folders[*n] = entry.path();
-  std::vector<ExportNesting> proof;
-  for (const std::string mean : {"mean.ply", "mean.obj"})
-    proof.push_back(nesting_of(
-        "levels/V/" + mean + (mean == "mean.ply" ? " and companions" : ""), folders, [&](const fs::path& folder) {
-          return mean == "mean.ply" ? read_level_folder(folder) : MorphableModel(parts_of(read_mesh(folder / mean)));
-        }));
-  return proof;
+std::vector<int> level_counts(const MorphableModel& model) {
+  std::vector<int> counts;
+  for (const ModelLevel& level : model.levels()) counts.push_back(level.vertex_count);
+  return counts;
 }
 
-std::vector<ExportNesting> nesting_of_exports(const fs::path& folder) {
+std::vector<ExportNesting> nesting_of_level_folders(const fs::path& levels, const std::vector<int>& counts) {
+  const auto folders = by_count(counts, [&](const std::string& n) { return levels / n; });
+  if (folders.empty()) return {};
+  return {nesting_of("levels/V/mean.ply and companions", folders, read_level_folder),
+          nesting_of("levels/V/mean.obj", folders, [](const fs::path& folder) {
+            return guarded(folder / "mean.obj",
+                           [&] { return MorphableModel(parts_of(read_mesh(folder / "mean.obj"))); });
+          })};
+}
+
+std::vector<ExportNesting> nesting_of_exports(const fs::path& folder, const std::vector<int>& counts) {
   std::vector<ExportNesting> proof;
   const auto add = [&](const std::string& prefix, const std::string& suffix, auto read) {
-    const auto files = by_count(folder, prefix, suffix);
+    const auto files = by_count(counts, [&](const std::string& n) { return folder / (prefix + n + suffix); });
     if (!files.empty()) proof.push_back(nesting_of("export/" + prefix + "V" + suffix, files, read));
   };
   add("eos_", ".bin", read_eos_with_companions);
@@ -188,12 +182,11 @@ std::vector<ExportNesting> nesting_of_exports(const fs::path& folder) {
   return proof;
 }
 
-std::vector<ExportNesting> exported_nesting(const fs::path& output) {
-  std::vector<ExportNesting> proof;
-  if (fs::is_directory(output / "levels")) proof = nesting_of_level_folders(output / "levels");
-  if (fs::is_directory(output / "export"))
-    for (ExportNesting& e : nesting_of_exports(output / "export")) proof.push_back(std::move(e));
-  if (proof.empty()) throw InvalidInput(output.string() + ": there is neither levels/ nor export/ in it");
+std::vector<ExportNesting> exported_nesting(const fs::path& output, const std::vector<int>& counts) {
+  std::vector<ExportNesting> proof = nesting_of_level_folders(output / "levels", counts);
+  for (ExportNesting& e : nesting_of_exports(output / "export", counts)) proof.push_back(std::move(e));
+  if (proof.empty())
+    throw InvalidInput(output.string() + ": there is no level of this model in levels/ or export/ in it");
   return proof;
 }
 

@@ -2,9 +2,11 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/interop/level_files.h"
 
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/core/image.h"
 #include "libmodel/core/topology.h"
 #include "libmodel/interop/exported_levels.h"
 #include "libmodel/interop/uv_wireframe.h"
@@ -20,25 +22,61 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kWireframeSize = 1024;  // pixels
 
-// What was written is read back: the mean must be the model's in the files' precision, and the level the leading part
-// of the next finer one.
-void prove_nesting(const MorphableModel& model, int level, const std::filesystem::path& folder) {
-  const Mesh mean = model.mean(level);
-  const auto back = [&](const char* file, const Vertices& expected) {
-    const double deviation = (read_mesh(folder / file).V - expected).cwiseAbs().maxCoeff();
-    return ExportNesting{
-        file,
-        {{model.vertex_count(level), model.vertex_count(level), "positions as in the model", deviation, 0, "mm"}}};
+// What mean.ply and its companions hold of a level: no modes, positions and texture coordinates as float32, colours as
+// bytes of sRGB, contours as regions.
+MorphableModel as_in_files(const MorphableModel& model, int level) {
+  MorphableModelParts p = model.level(level).parts();
+  const auto mean_alone = [](const Eigen::VectorXd& mean) {
+    return PcaModel{mean, Eigen::MatrixXd(mean.size(), 0), {}};
   };
-  std::vector<ExportNesting> proof = {back("mean.ply", mean.V.cast<float>().cast<double>()), back("mean.obj", mean.V)};
-  if (level + 1 < model.level_count())
-    proof.push_back({"model", compare_levels(model.level(level), model.level(level + 1))});
+  p.shape = mean_alone(p.shape.mean.cast<float>().cast<double>());
+  if (!p.colour.empty())
+    p.colour =
+        mean_alone(p.colour.mean.unaryExpr([](double c) { return linear_from_srgb(srgb8_from_linear(c) / 255.0); }));
+  p.expression.reset();
+  p.uv = p.uv.cast<float>().cast<double>();
+  const FaceContours contours = model.contours(level);
+  p.regions["right_contour"] = contours.right;
+  p.regions["left_contour"] = contours.left;
+  return MorphableModel(std::move(p));
+}
+
+// Largest difference of two tables of numbers; infinity if they are not of one size.
+template <class Table>
+double difference(const Table& a, const Table& b) {
+  if (a.rows() != b.rows()) return std::numeric_limits<double>::infinity();
+  return a.size() > 0 ? static_cast<double>((a - b).cwiseAbs().maxCoeff()) : 0;
+}
+
+// The folder is read back: what it says must be what the model says, to the last bit of the files' precision, and the
+// leading part of what the next finer level's folder says. Of the model itself, the levels are compared with all modes.
+std::vector<ExportNesting> read_back(const MorphableModel& model, int level, const std::filesystem::path& folder) {
+  const MorphableModel back = read_level_folder(folder);
+  const Mesh mean = model.mean(level), obj = read_mesh(folder / "mean.obj");
+  const auto row = [n = model.vertex_count(level)](const char* what, double deviation, const char* unit = "") {
+    return NestingRow{n, n, what, deviation, 0, unit};
+  };
+  std::vector<ExportNesting> proof = {
+      {"mean.ply and companions", compare_levels(back, as_in_files(model, level))},
+      {"mean.obj",
+       {row("positions", difference(obj.V, mean.V), "mm"), row("texture coordinates", difference(obj.uv, mean.uv)),
+        row("triangles", difference(obj.F, mean.F))}}};
+  proof[0].rows.push_back(row("triangles", difference(back.faces(), mean.F)));
+  if (level + 1 == model.level_count()) return proof;
+  proof.push_back({"mean.ply and companions", compare_levels(back, as_in_files(model, level + 1))});
+  proof.push_back({"model", compare_levels(model.level(level), model.level(level + 1))});
+  return proof;
+}
+
+void prove_nesting(const MorphableModel& model, int level, const std::filesystem::path& folder) {
+  const std::vector<ExportNesting> proof = read_back(model, level, folder);
   write_file(folder / "nesting.json", nesting_json(proof));
   for (const ExportNesting& e : proof)
     for (const NestingRow& row : e.rows)
       if (!row.holds())
-        throw SolverError("export: level " + std::to_string(row.coarse) + " does not nest: " + row.quantity + " of " +
-                          e.file + " differ by " + std::to_string(row.deviation));
+        throw SolverError("export: " + e.file + " of " + std::to_string(row.coarse) + " vertices in " +
+                          folder.string() + (row.coarse == row.fine ? " is not the model's: " : " does not nest: ") +
+                          row.quantity + " differ by " + std::to_string(row.deviation));
 }
 
 }  // namespace
@@ -115,9 +153,15 @@ void export_level_files(const MorphableModel& model, int level, const std::files
   write_file(folder / "regions.json", regions_json(model, level));
   write_file(folder / "contours.json", contours_json(model, level));
   write_file(folder / "edge_topology.json", edge_topology_json(mean.F));
-  if (!model.mirror().empty())
+  // Files an earlier model left must not stand beside this one's.
+  if (model.mirror().empty())
+    std::filesystem::remove(folder / "symmetry.txt");
+  else
     write_file(folder / "symmetry.txt", symmetry_text(model.mirror(), model.vertex_count(level)));
-  if (!model.parents().empty()) write_file(folder / "parents.json", parents_json(model, level));
+  if (model.parents().empty())
+    std::filesystem::remove(folder / "parents.json");
+  else
+    write_file(folder / "parents.json", parents_json(model, level));
   prove_nesting(model, level, folder);
 }
 

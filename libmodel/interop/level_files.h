@@ -21,7 +21,9 @@ namespace facewright {
 ///   symmetry.txt               left-right partner per vertex, in the format of eos (1-based)
 ///   edge_topology.json         faces and vertices of every edge, in the format of eos (1-based, 0 = none)
 ///   parents.json               which two or three vertices each subdivision vertex came from (0-based)
-///   nesting.json               the proof: means read back, and the level compared with the next finer one
+///   nesting.json               the proof: all of the above but isomap.png and landmarks.json read back and compared
+///                              with the model, at this level and the next finer one, in the files' precision; and
+///                              the model's level, modes included, with the next finer one
 /// Every file atomically. Throws IoError, InvalidInput for a level that does not exist, SolverError if the proof fails.
 void export_level_files(const MorphableModel& model, int level, const std::filesystem::path& folder);
 

@@ -106,6 +106,10 @@ class Comparison {
       if (mark.vertex >= 0) continue;
       if (base > n_ || n_ > fine_.vertex_count()) return kMissing;
       const SurfacePoint& p = other->second.point;
+      if (same_mesh()) {
+        worst = std::max(worst, distance(mark.point, p));
+        continue;
+      }
       try {
         const SurfacePoint carried =
             carry_point(mark.point, coarse_.faces(), n_, {fine_.parents().begin() + (n_ - base), fine_.parents().end()},
@@ -116,6 +120,11 @@ class Comparison {
       }
     }
     return worst;
+  }
+
+  bool same_mesh() const {
+    const Faces &a = coarse_.faces(), &b = fine_.faces();
+    return n_ == fine_.vertex_count() && a.rows() == b.rows() && a == b;
   }
 
   // As weights of vertices, since on a shared edge either triangle will do.

@@ -239,7 +239,12 @@ FlatteningResult flatten(const FlatteningProblem& problem, const TexCoords& star
     if (last_step.size() > 0) history.add(last_step, gradient - last_gradient);
     if (result.iterations == 0) factor.analyzePattern(terms.hessian);
     factor.factorize(terms.hessian);
-    const Field direction = history.direction(gradient, [&](const Field& r) -> Field { return factor.solve(r); });
+    // Rounding may leave a matrix that cannot be factored; its diagonal is a guess of the inverse as well, if a poor
+    // one.
+    const Field direction = history.direction(gradient, [&](const Field& r) -> Field {
+      if (factor.info() == Eigen::Success) return factor.solve(r);
+      return r.cwiseQuotient(terms.hessian.diagonal());
+    });
     Field d = symmetric_part(direction, problem.mirror);
     if (!d.allFinite() || !(d.dot(gradient) < 0))
       d = symmetric_part(-gradient.cwiseQuotient(terms.hessian.diagonal()), problem.mirror);

@@ -99,6 +99,11 @@ void check(const Vertices& V, const Faces& F, const std::vector<int>& mirror, co
       throw InvalidInput("uv: the symmetry table does not lead back to vertex " + std::to_string(v));
   }
   if (!(options.margin >= 0 && options.margin < 0.5)) throw InvalidInput("uv: margin must be within 0..0.5");
+  for (const auto& [name, count] : {std::pair("landmark_count", options.landmark_count),
+                                    {"repair_sweeps", options.repair_sweeps},
+                                    {"iterations", options.iterations},
+                                    {"threads", options.threads}})
+    if (count < 0) throw InvalidInput(std::string("uv: ") + name + " must be at least 0, got " + std::to_string(count));
   if (!(options.stretch_weight > 0)) throw InvalidInput("uv: stretch_weight must be above 0");
 }
 

@@ -231,6 +231,23 @@ TEST(IsomapUv, RepairsFoldedMaps) {
   EXPECT_EQ(result.summary.overlap, 0);
 }
 
+TEST(IsomapUv, RefusesNegativeCountsByName) {
+  const Sheet s = plane();
+  for (const auto& [name, member] : {std::pair("landmark_count", &IsomapOptions::landmark_count),
+                                     {"repair_sweeps", &IsomapOptions::repair_sweeps},
+                                     {"iterations", &IsomapOptions::iterations},
+                                     {"threads", &IsomapOptions::threads}}) {
+    IsomapOptions options;
+    options.*member = -1;
+    try {
+      isomap_uv(s.V, s.F, s.mirror, options);
+      FAIL() << name;
+    } catch (const InvalidInput& error) {
+      EXPECT_NE(std::string(error.what()).find(name), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST(IsomapUv, RefusesWhatHasNoMap) {
   const Sheet s = plane();
   Faces pieces = testing::without(s.F, [](int f) { return f / 28 == 4; });
