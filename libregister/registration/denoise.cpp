@@ -85,8 +85,8 @@ Eigen::VectorXd initial_reliability(const Vertices& V, const ScanGraph& graph, d
 
 void check(const DenoiseOptions& o) {
   if (!(o.noise_gate >= 0) || !(o.spike_deviation > 0) || !(o.spike_isolation > 0) || !(o.spike_roughness >= 0) ||
-      o.largest_cluster < 1 || !(o.gaussian_width > 0) || o.widest < 2 || !(o.agreement > 0) || o.passes < 0 ||
-      !(o.highest_flagged > 0) || !(o.misfit > 0) || !(o.bilateral_sigma > 0) || o.normal_passes < 0 ||
+      o.largest_cluster < 1 || !(o.gaussian_width > 0) || o.widest < 2 || !(o.widest_mm > 0) || !(o.agreement > 0) ||
+      o.passes < 0 || !(o.highest_flagged > 0) || !(o.misfit > 0) || !(o.bilateral_sigma > 0) || o.normal_passes < 0 ||
       o.vertex_passes < 0)
     throw InvalidInput(
         "denoise: an option is out of range (noise_gate, spike_roughness, passes >= 0; largest_cluster >= 1; widest >= "

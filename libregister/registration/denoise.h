@@ -27,7 +27,8 @@ struct DenoiseOptions {
   int largest_cluster = 24;       ///< vertices, >= 1; larger pieces between jumps are skin
   double highest_flagged = 0.05;  ///< share of vertices above which the spike verdict is not believed
   double gaussian_width = 7;      ///< reach of the quadrics' weights, mean edge lengths
-  int widest = 6;                 ///< rings of the quadrics' widest window, >= 2
+  int widest = 6;                 ///< rings of the quadrics' widest window, >= 2, ...
+  double widest_mm = 12;          ///< ... which ends here, mm: on a coarse scan two rings are wide already
   double agreement = 2;           ///< a wider window is taken while quadrics agree within this many deviations, and ...
   double misfit = 2.75;           ///< ... the residuals exceed what noise explains by no more than this many
   int passes = 1;                 ///< of the filter over the whole scan

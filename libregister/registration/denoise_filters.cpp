@@ -31,6 +31,8 @@ Vertices project_on_quadrics(const Vertices& V, const Faces& F, const ScanGraph&
   const Vertices N = sturdy_normals(V, F, graph);
   Vertices out = V;
   RingGatherer gatherer(graph);
+  const int widest =
+      std::min(options.widest, static_cast<int>(std::min(1e6, options.widest_mm / std::max(mean_edge, 1e-9))));
   const double unit = 2 * mean_edge, reach = options.gaussian_width * mean_edge, per_reach = 1 / (reach * reach);
   for (int i = 0; i < V.rows(); ++i) {
     if (!is_inner(graph, N, i)) continue;
@@ -54,7 +56,7 @@ Vertices project_on_quadrics(const Vertices& V, const Faces& F, const ScanGraph&
         if (low > high) break;
         height = fit.height;
       }
-      if (rings >= options.widest) break;
+      if (rings >= widest) break;
     }
     out.row(i) += height * n.transpose();
   }

@@ -9,20 +9,12 @@
 namespace facewright {
 
 LocalQuadric::LocalQuadric(const Eigen::Vector3d& origin, const Eigen::Vector3d& normal, double unit)
-    : origin_(origin), normal_(normal), t1_(normal.unitOrthogonal()), t2_(normal.cross(t1_)), unit_(unit) {}
-
-void LocalQuadric::add(const Eigen::Vector3d& point, double w) {
-  const Eigen::Vector3d d = (point - origin_) / unit_;
-  const double u = d.dot(t1_), v = d.dot(t2_), h = d.dot(normal_);
-  const double uu = u * u, uv = u * v, vv = v * v, wuu = w * uu, wuv = w * uv, wvv = w * vv, wh = w * h;
-  const double terms[15] = {w,       w * u,   w * v,    wuu,      wuv,      wvv,      wuu * u, wuu * v,
-                            wvv * u, wvv * v, wuu * uu, wuu * uv, wuu * vv, wuv * vv, wvv * vv};
-  for (size_t k = 0; k < 15; ++k) moments_[k] += terms[k];
-  const double rights[6] = {wh, wh * u, wh * v, wh * uu, wh * uv, wh * vv};
-  for (size_t k = 0; k < 6; ++k) right_[k] += rights[k];
-  square_ += wh * h;
-  ++count_;
-}
+    : origin_(origin),
+      normal_(normal),
+      t1_(normal.unitOrthogonal()),
+      t2_(normal.cross(t1_)),
+      unit_(unit),
+      per_unit_(1 / unit) {}
 
 LocalQuadric::Value LocalQuadric::at_origin() const {
   Value value;
@@ -32,7 +24,7 @@ LocalQuadric::Value LocalQuadric::at_origin() const {
   static constexpr int kIndex[6][6] = {{3, 0, 0, 0, 0, 0},   {4, 5, 0, 0, 0, 0},    {6, 7, 10, 0, 0, 0},
                                        {7, 8, 11, 12, 0, 0}, {8, 9, 12, 13, 14, 0}, {1, 2, 3, 4, 5, 0}};
   static constexpr int kRight[6] = {1, 2, 3, 4, 5, 0};
-  double L[6][6], z[6], trace = 0;
+  double L[6][6], inverse[6], z[6], trace = 0;
   for (const int k : {3, 5, 10, 12, 14, 0}) trace += moments_[static_cast<size_t>(k)];
   for (int r = 0; r < 6; ++r) {
     z[r] = right_[static_cast<size_t>(kRight[r])];
@@ -40,17 +32,17 @@ LocalQuadric::Value LocalQuadric::at_origin() const {
       double sum = moments_[static_cast<size_t>(kIndex[r][c])] + (r == c ? 1e-9 * trace : 0);
       for (int k = 0; k < c; ++k) sum -= L[r][k] * L[c][k];
       if (r != c) {
-        L[r][c] = sum / L[c][c];
+        L[r][c] = sum * inverse[c];
       } else {
         if (!(sum > 0)) return value;
-        L[r][r] = std::sqrt(sum);
+        inverse[r] = 1 / std::sqrt(sum);
       }
     }
     for (int k = 0; k < r; ++k) z[r] -= L[r][k] * z[k];
-    z[r] /= L[r][r];
+    z[r] *= inverse[r];
   }
-  value.height = z[5] / L[5][5] * unit_;
-  value.variance = 1 / (L[5][5] * L[5][5]);
+  value.height = z[5] * inverse[5] * unit_;
+  value.variance = inverse[5] * inverse[5];
   double explained = 0;
   for (const double x : z) explained += x * x;
   value.residual = std::max(0.0, square_ - explained) * unit_ * unit_;

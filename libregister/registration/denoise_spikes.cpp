@@ -65,9 +65,17 @@ void heights_around(int i, int rings, const Vertices& V, const Vertices& N, cons
 // Rings about a member of a group that reach beyond it.
 int rings_beyond(size_t members) { return members <= 2 ? 2 : members <= 7 ? 3 : 4; }
 
+// The middle of a vertex's neighbours: where along the skin a spike belongs cannot be read off the spike itself, whose
+// direction is the scanner's ray as often as the normal.
+Eigen::RowVector3d middle_of_ring(const Vertices& V, const ScanGraph& graph, int i) {
+  Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+  for (const int* j = graph.ring.begin(i); j != graph.ring.end(i); ++j) sum += V.row(*j);
+  return sum / std::max(1, graph.ring.degree(i));
+}
+
 // Moves flagged vertices along their normals onto quadrics through the others around them.
 void put_back(Vertices& V, const Vertices& N, const ScanGraph& graph, const std::vector<char>& flagged,
-              double mean_edge) {
+              double mean_edge, bool recentre) {
   RingGatherer gatherer(graph);
   std::vector<int> skin;
   std::vector<double> heights;
@@ -82,6 +90,7 @@ void put_back(Vertices& V, const Vertices& N, const ScanGraph& graph, const std:
       if (skin.size() >= kEnoughSkin || rings == kWidestSkin) break;
     }
     if (skin.empty()) continue;
+    if (recentre && !graph.border[static_cast<size_t>(i)]) V.row(i) = middle_of_ring(V, graph, i);
     LocalQuadric quadric(V.row(i), N.row(i), 2 * mean_edge);
     heights.clear();
     for (const int j : skin) {
@@ -153,11 +162,11 @@ std::vector<char> mend_spikes(Vertices& V, const Faces& F, const ScanGraph& grap
     for (size_t i = 0; i < spike.size(); ++i)
       if (spike[i]) mended[i] = 1, found = true;
     if (!found) break;
-    put_back(V, N, graph, mended, mean_edge);
+    put_back(V, N, graph, mended, mean_edge, false);
     any = true;
   }
   // Once more with normals that the spikes no longer tilt: in the middle of a cluster these make a millimetre or two.
-  if (any) put_back(V, sturdy_normals(V, F, graph), graph, mended, mean_edge);
+  if (any) put_back(V, sturdy_normals(V, F, graph), graph, mended, mean_edge, true);
   return mended;
 }
 
