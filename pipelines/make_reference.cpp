@@ -23,8 +23,6 @@ using Eigen::Vector3d;
 
 constexpr int least_landmarks = 6;      // fewer leave no more than a similarity for the start
 constexpr double merge_distance = 0.8;  // mm: landmarks nearer than this share a vertex if the slit does not part them
-constexpr double close_enough = 1;      // mm: landmarks the surface passes at more draw it towards them
-constexpr double bump = 4;              // mm, standard deviation of such a pull
 constexpr double off_face = 3;          // mm: a landmark farther from the cropped face than this is left out
 
 Vector3d mirrored(const Vector3d& p) { return {-p.x(), p.y(), p.z()}; }
@@ -37,9 +35,7 @@ std::string listed(const Names& names) {
 }
 
 void check_options(const MakeReferenceOptions& o) {
-  if (o.vertices < 200 || o.vertices > 20000)
-    throw InvalidInput("reference: the number of vertices must lie within 200 .. 20000, got " +
-                       std::to_string(o.vertices));
+  check_vertex_count(o.vertices);
   if (!(o.radius >= 0)) throw InvalidInput("reference: the radius must not be negative");
   if (!(o.lip_gap >= 0 && o.lip_gap <= 5)) throw InvalidInput("reference: the lips' gap must lie within 0 .. 5 mm");
 }
@@ -79,7 +75,7 @@ class Maker {
           "reference: the built-in face could not be laid onto the mesh: " + registration_.summary.concern +
           "is it a face, and are the landmarks in its units and in their places?");
     tell("registering", 1);
-    make_symmetric(given);
+    make_symmetric();
     cut();
     mark();
     draw_to_landmarks();
@@ -96,7 +92,7 @@ class Maker {
     if (progress_) progress_({stage, done, 1, ""});
   }
 
-  void make_symmetric(const Landmarks& given) {
+  void make_symmetric() {
     Eigen::VectorXd weights = Eigen::VectorXd::Constant(built_in_.V.rows(), 0.1);
     int off = 0;
     for (Eigen::Index v = 0; v < weights.size(); ++v)
@@ -117,11 +113,6 @@ class Maker {
       given_[name] = point;
       given_[name].position = symmetric_.head_from_scan * point.position;
     }
-    for (const auto& entry : given)
-      if (!given_.count(entry.first) && !registration_.landmarks.count(entry.first)) {
-        given_[entry.first] = entry.second;
-        given_[entry.first].position = symmetric_.head_from_scan * entry.second.position;
-      }
     wanted_ = symmetrise(given_);
   }
 
@@ -153,11 +144,23 @@ class Maker {
         distance = geodesic_distances(half_, half_vertex("31"));
       }
     }
+    rim_ = rim();
     summary().nearest_rim = INFINITY;
-    for (const int v : rim()) {
+    for (const int v : rim_) {
       summary().nearest_rim = std::min(summary().nearest_rim, distance[v]);
       summary().farthest_rim = std::max(summary().farthest_rim, distance[v]);
     }
+    summary().rim = describe_rim();
+  }
+
+  std::string describe_rim() const {
+    constexpr double slack = 1;  // mm: fast marching on the cropped mesh sees other triangles
+    const MakeReferenceSummary& s = result_.summary;
+    if (options_.radius == 0) return "as far as the built-in face reaches";
+    if (options_.radius <= s.nearest_rim + slack) return "at the radius asked for";
+    if (options_.radius <= s.farthest_rim + slack)
+      return "at the radius asked for where the built-in face reaches so far, else at its own rim";
+    return "as far as the built-in face reaches, which is less than the radius asked for";
   }
 
   // The half's share of the outer border, from midline to midline.
@@ -193,7 +196,7 @@ class Maker {
       LandmarkWish wish = wish_for(name, symmetric_.V.row(mark.vertex));
       if (wish.near >= 0) wishes.emplace_back(name, wish);
     }
-    for (const int v : rim())
+    for (const int v : rim_)
       if (half_.midline[static_cast<size_t>(v)]) fixed_.push_back(v);
     if (const LipMargins lips = lip_margins(half_); !lips.upper.empty())
       fixed_.push_back(mouth_corner_ = lips.upper.back());
@@ -214,20 +217,12 @@ class Maker {
   }
 
   // Where the registration passed a given landmark by more than a millimetre, the surface is drawn towards it, so that
-  // it passes at one: a bump of a few millimetres, on both halves.
+  // it passes at one.
   void draw_to_landmarks() {
-    Vertices drawn = half_.shape;
-    for (const Mark& m : marks_) {
-      if (!given_.count(m.name) && !given_.count(mirrored_landmark(m.name))) continue;
-      const Vector3d at = half_.shape.row(m.vertex), missing = m.wanted - at;
-      if (missing.norm() <= close_enough) continue;
-      const Eigen::RowVector3d step = (1 - close_enough / missing.norm()) * missing.transpose();
-      for (Eigen::Index v = 0; v < drawn.rows(); ++v)
-        drawn.row(v) += std::exp(-0.5 * (half_.shape.row(v).transpose() - at).squaredNorm() / (bump * bump)) * step;
-    }
-    for (int v = 0; v < half_.count(); ++v)
-      if (half_.midline[static_cast<size_t>(v)]) drawn(v, 0) = 0;
-    half_.shape = drawn;
+    std::vector<SurfacePull> pulls;
+    for (const Mark& m : marks_)
+      if (given_.count(m.name) || given_.count(mirrored_landmark(m.name))) pulls.push_back({m.vertex, m.wanted});
+    draw_surface(half_, pulls);
   }
 
   // A vertex that is marked already (or the corner of the mouth), if one is near enough, else v.
@@ -324,6 +319,7 @@ class Maker {
   Vertices registered_;       // in the head frame, not symmetric
   Landmarks given_, wanted_;  // in the head frame: as given, and made symmetric
   HalfFace half_;
+  std::vector<int> rim_;  // of half_ once it is cropped
   std::vector<Mark> marks_;
   std::vector<int> fixed_;  // vertices of half_ that stay
   int mouth_corner_ = -1;

@@ -16,7 +16,7 @@
 namespace facewright {
 
 struct MakeReferenceOptions {
-  int vertices = 845;  ///< of the reference, hit exactly; 200 .. 20000; default [huber2016]
+  int vertices = 845;  ///< of the reference, hit exactly; check_vertex_count (remesh_half.h); default [huber2016]
   double radius = 0;   ///< mm, geodesic, from the tip of the nose to the rim; 0: as far as the built-in face reaches
   bool mouth_slit = true;      ///< cut along the line between the closed lips
   bool keep_eyeballs = false;  ///< lay the face over eyeballs that are parts of their own instead of taking them out
@@ -42,6 +42,7 @@ struct MakeReferenceSummary {
   double asymmetry_rms = 0;                        ///< mm, how far the face was from symmetric
   double off_mesh_percent = 0;               ///< of the registered surface's vertices that found no place on the mesh
   double nearest_rim = 0, farthest_rim = 0;  ///< mm, geodesic from the tip of the nose
+  std::string rim;                           ///< where it runs: the radius asked for, the built-in face's rim, or both
   RegisterSummary registration;
   ReferenceCheck check;
 };

@@ -8,6 +8,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/io/mesh_files.h"
 #include "libregister/intake/scan.h"
+#include "libregister/reference/remesh_half.h"
 #include "pipelines/make_reference.h"
 #include "pipelines/reference_file.h"
 #include "tools/cli.h"
@@ -27,8 +28,9 @@ void print_summary(const CommonOptions& common, const MakeReferenceSummary& s, d
   for (const auto& [name, reason] : s.left_out) reasons[reason] += " " + name;
   for (const auto& [reason, names] : reasons)
     std::cerr << "make-reference: landmarks left out (" << reason << "):" << names << "\n";
-  if (radius > s.farthest_rim + 1)
-    std::cerr << "make-reference: --radius " << rounded(radius, 0) << " was not reached: the built-in face ends "
+  if (radius > s.nearest_rim + 1)
+    std::cerr << "make-reference: --radius " << rounded(radius, 0) << " was not reached"
+              << (radius > s.farthest_rim + 1 ? "" : " everywhere") << ": the rim lies " << s.rim << ", "
               << rounded(s.nearest_rim, 0) << " to " << rounded(s.farthest_rim, 0) << " mm from the tip of the nose\n";
   if (s.off_mesh_percent > 10)
     std::cerr << "make-reference: " << rounded(s.off_mesh_percent, 0)
@@ -42,7 +44,7 @@ void print_summary(const CommonOptions& common, const MakeReferenceSummary& s, d
   report(common, "make-reference: angles from " + rounded(c.smallest_angle_deg, 1) + " degrees, sharpest fold " +
                      rounded(c.sharpest_fold_deg, 1) + " degrees, " + std::to_string(c.self_intersections) +
                      " self-intersections, rim " + rounded(s.nearest_rim, 0) + " to " + rounded(s.farthest_rim, 0) +
-                     " mm from the tip of the nose");
+                     " mm from the tip of the nose (" + s.rim + ")");
   report(common, "make-reference: " + std::to_string(s.landmarks.size() - static_cast<size_t>(derived)) +
                      " landmarks as given, mean " + rounded(s.symmetric_mean, 2) + " mm, at most " +
                      rounded(s.symmetric_max, 2) + " mm off (before symmetry " + rounded(s.registered_mean, 2) + ", " +
@@ -73,7 +75,8 @@ int main(int argc, char** argv) {
   app.add_option("--landmarks", landmarks,
                  "Its landmarks (.json, .pts, .pp, .mrk.json, .fcsv, .ljson), at least six of the built-in face's")
       ->required();
-  app.add_option("--vertices", options.vertices, "Vertices of the reference")->check(CLI::Range(200, 20000));
+  app.add_option("--vertices", options.vertices, "Vertices of the reference")
+      ->check(CLI::Range(least_reference_vertices, most_reference_vertices));
   app.add_option("--radius", options.radius,
                  "Geodesic distance from the tip of the nose to the rim, mm; 0: as far as the built-in face reaches")
       ->check(CLI::Range(0.0, 400.0));

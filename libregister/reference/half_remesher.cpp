@@ -156,13 +156,6 @@ double HalfRemesher::worst_around(int v) const {
   return worst;
 }
 
-double HalfRemesher::worst_quality() const {
-  double worst = 1;
-  for (const Triple& t : triangles_)
-    if (t[0] >= 0) worst = std::min(worst, triangle_shape(at(t[0]).shape, at(t[1]).shape, at(t[2]).shape));
-  return worst;
-}
-
 // Mean of edge length over wanted length.
 double HalfRemesher::size_factor() const {
   double sum = 0, count = 0;

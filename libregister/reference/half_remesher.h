@@ -29,7 +29,6 @@ class HalfRemesher {
   void smooth();
   /// Small trial moves about poor triangles; keeps what helps the worst.
   void improve_worst(int round);
-  double worst_quality() const;
 
   /// The triangulation, and the vertices now at the fixed ones.
   HalfFace result(const std::vector<int>& fixed, std::vector<int>* vertices_of) const;
@@ -86,7 +85,6 @@ class HalfRemesher {
   std::vector<Vertex> vertices_;
   std::vector<Triple> triangles_;  // {-1, -1, -1}: dead
   std::vector<std::vector<int>> rings_;
-  std::vector<int> new_of_domain_;
   int alive_vertices_ = 0, alive_midline_ = 0;
 };
 

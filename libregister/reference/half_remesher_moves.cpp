@@ -189,9 +189,7 @@ bool HalfRemesher::adjust_once(int missing) {
   std::sort(list.begin(), list.end());
   if (missing > 0) std::reverse(list.begin(), list.end());
   for (const auto& [length, edge] : list) {
-    const int n = whole_count();
-    if (missing > 0 ? split(edge.first, edge.second) >= 0 : collapse_either(edge.first, edge.second))
-      return whole_count() != n;
+    if (missing > 0 ? split(edge.first, edge.second) >= 0 : collapse_either(edge.first, edge.second)) return true;
   }
   return false;
 }
@@ -255,8 +253,7 @@ void HalfRemesher::improve_worst(int round) {
   const double reach = 0.3 / (1 + 0.2 * round) * size_factor();
   for (int v = 0; v < static_cast<int>(vertices_.size()); ++v) {
     if (!at(v).alive || at(v).fixed) continue;
-    double best = worst_around(v);
-    if (best > 0.8) continue;
+    if (worst_around(v) > 0.8) continue;
     for (int trial = 0; trial < 8; ++trial) {
       Vertex moved = at(v);
       const double step = reach * at(v).size;
@@ -266,7 +263,7 @@ void HalfRemesher::improve_worst(int round) {
       } else if (!place(moved, at(v).neutral + step * Vector3d(random.normal(), random.normal(), random.normal()))) {
         continue;
       }
-      if (move(v, moved, 1)) best = worst_around(v);
+      move(v, moved, 1);
     }
   }
 }

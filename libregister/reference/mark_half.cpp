@@ -100,7 +100,7 @@ int mark_on_half(HalfFace& half, const LandmarkWish& wish, const MarkOptions& op
   const auto flag = [](const std::vector<bool>& flags, int v) {
     return static_cast<bool>(flags[static_cast<size_t>(v)]);
   };
-  if (wish.on_slit && wish.near >= 0 && flag(half.slit, wish.near)) {
+  if (wish.on_slit) {
     const std::vector<bool> margin = margin_of(half, wish.near);
     const auto place =
         nearest_on_line(half, wish.position, [&](const Edge& e) { return flag(margin, e.v0) && flag(margin, e.v1); });
@@ -115,6 +115,34 @@ int mark_on_half(HalfFace& half, const LandmarkWish& wish, const MarkOptions& op
     return vertex_on_line(half, place, options.snap);
   }
   return mark_on_surface(half, wish, options);
+}
+
+PullSummary draw_surface(HalfFace& half, const std::vector<SurfacePull>& pulls, const PullOptions& options) {
+  constexpr double resting = 1e-3;  // mm
+  const auto count = static_cast<Eigen::Index>(pulls.size());
+  Eigen::MatrixXd share(half.count(), count);  // of a pull's step that each vertex takes
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::RowVector3d at = half.shape.row(pulls[static_cast<size_t>(i)].vertex);
+    const Eigen::ArrayXd away = (half.shape.rowwise() - at).rowwise().squaredNorm();
+    share.col(i) = (away * (-0.5 / (options.bump * options.bump))).exp();
+  }
+  if (count > 0) share.array().colwise() /= share.rowwise().sum().array().max(1.0).eval();
+  PullSummary summary;
+  for (;; ++summary.rounds) {
+    Vertices steps = Vertices::Zero(count, 3);
+    summary.farthest = 0;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const SurfacePull& pull = pulls[static_cast<size_t>(i)];
+      const Eigen::RowVector3d way = pull.wanted.transpose() - half.shape.row(pull.vertex);
+      const double distance = way.norm();
+      summary.farthest = std::max(summary.farthest, distance);
+      if (distance > options.near_enough) steps.row(i) = (1 - options.near_enough / distance) * way;
+    }
+    if (summary.farthest <= options.near_enough + resting || summary.rounds == options.most_rounds) return summary;
+    half.shape += share * steps;
+    for (int v = 0; v < half.count(); ++v)
+      if (half.midline[static_cast<size_t>(v)]) half.shape(v, 0) = 0;
+  }
 }
 
 }  // namespace facewright

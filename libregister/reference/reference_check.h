@@ -22,6 +22,7 @@ struct ReferenceCheck {
 ReferenceCheck check_reference(const ReferenceFace& face);
 
 /// Pairs of triangles of a mesh that intersect other than in what they share (CGAL, exact predicates). O(M log M).
+/// Throws InvalidInput on a mesh that is not manifold: a triangle left out would hide what it crosses.
 int count_self_intersections(const Vertices& V, const Faces& F);
 
 }  // namespace facewright

@@ -105,13 +105,6 @@ class Parser {
   ReferenceFace face_;
 };
 
-int nearest_corner(const MeshLandmark& mark, const Faces& F) {
-  if (mark.vertex >= 0) return mark.vertex;
-  Eigen::Index corner = 0;
-  mark.point.barycentric.maxCoeff(&corner);
-  return F(mark.point.triangle, corner);
-}
-
 }  // namespace
 
 std::vector<int> find_mirror(const Mesh& mesh, double tolerance) {
@@ -130,6 +123,13 @@ std::vector<int> find_mirror(const Mesh& mesh, double tolerance) {
     return {};
   }
   return mirror;
+}
+
+int nearest_corner(const MeshLandmark& mark, const Faces& F) {
+  if (mark.vertex >= 0) return mark.vertex;
+  Eigen::Index corner = 0;
+  mark.point.barycentric.maxCoeff(&corner);
+  return F(mark.point.triangle, corner);
 }
 
 MeshLandmark mark_vertex(const Faces& F, int v) {

@@ -29,6 +29,9 @@ std::vector<int> find_mirror(const Mesh& mesh, double tolerance = 0.01);
 /// triangle uses v.
 MeshLandmark mark_vertex(const Faces& F, int v);
 
+/// The vertex of a mark, or the nearest corner of its triangle where it is none.
+int nearest_corner(const MeshLandmark& mark, const Faces& F);
+
 /// The text form, one record a line: "v x y z" (mm, 4 decimals), "f a b c" (0-based), "l name vertex [derived]", "r
 /// region vertices", "#" comments. Landmarks that are not vertices are written as their triangle's nearest corner.
 std::string format_reference(const ReferenceFace& face);

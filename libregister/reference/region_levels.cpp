@@ -5,18 +5,12 @@
 #include <set>
 
 #include "libmodel/core/topology.h"
+#include "libregister/reference/reference_face.h"
 #include "libregister/reference/regions.h"
 #include "libregister/subdivision/hierarchy.h"
 
 namespace facewright {
 namespace {
-
-int nearest_vertex(const Mesh& mesh, const MeshLandmark& mark) {
-  if (mark.vertex >= 0) return mark.vertex;
-  Eigen::Index corner = 0;
-  mark.point.barycentric.maxCoeff(&corner);
-  return mesh.F(mark.point.triangle, corner);
-}
 
 // Dijkstra [dijkstra1959] along the edges, from one vertex to another; empty if they are not connected.
 std::vector<int> shortest_path(const Vertices& V, const Adjacency& neighbours, int from, int to) {
@@ -61,11 +55,11 @@ std::vector<int> contour(const MultiresTemplate& reference, int ear) {
 }
 
 void add_contours(const MultiresTemplate& reference, RegionMap& regions) {
-  std::vector<int> left = contour(reference, 17), right = contour(reference, 1);
-  if (!reference.mirror.empty()) {
-    right = left;
-    for (int& v : right) v = reference.mirror[static_cast<size_t>(v)];
-  }
+  std::vector<int> left = contour(reference, 17), right;
+  if (reference.mirror.empty())
+    right = contour(reference, 1);
+  else
+    for (const int v : left) right.push_back(reference.mirror[static_cast<size_t>(v)]);
   if (!left.empty()) regions.try_emplace("left_contour", std::move(left));
   if (!right.empty()) regions.try_emplace("right_contour", std::move(right));
 }
@@ -78,7 +72,7 @@ std::vector<int> landmark_path(const Mesh& mesh, const LandmarkSet& landmarks, c
   for (const std::string& name : names) {
     const auto mark = landmarks.find(name);
     if (mark == landmarks.end()) return {};
-    const int v = nearest_vertex(mesh, mark->second);
+    const int v = nearest_corner(mark->second, mesh.F);
     if (path.empty()) {
       path.push_back(v);
       continue;

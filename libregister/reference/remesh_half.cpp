@@ -36,10 +36,14 @@ double height_at(const HalfFace& half, const std::vector<int>& chain, double x) 
 
 }  // namespace
 
+void check_vertex_count(int vertices) {
+  if (vertices < least_reference_vertices || vertices > most_reference_vertices)
+    throw InvalidInput("reference: the number of vertices must lie within " + std::to_string(least_reference_vertices) +
+                       " .. " + std::to_string(most_reference_vertices) + ", got " + std::to_string(vertices));
+}
+
 RemeshedHalf remesh_half(const HalfFace& half, const std::vector<int>& fixed, const RemeshOptions& options) {
-  if (options.vertices < 200 || options.vertices > 20000)
-    throw InvalidInput("remesh: the number of vertices must lie within 200 .. 20000, got " +
-                       std::to_string(options.vertices));
+  check_vertex_count(options.vertices);
   if (options.rounds < 1) throw InvalidInput("remesh: rounds must be at least 1");
   HalfRemesher mesh(half, fixed);
   while (mesh.whole_count() > options.vertices + 2) {
@@ -63,7 +67,6 @@ RemeshedHalf remesh_half(const HalfFace& half, const std::vector<int>& fixed, co
     mesh.improve_worst(i);
   }
   RemeshedHalf result;
-  result.worst_quality = mesh.worst_quality();
   result.half = mesh.result(fixed, &result.vertices_of);
   return result;
 }

@@ -8,8 +8,13 @@
 
 namespace facewright {
 
+/// Fewer leave no room between the landmarks, more are a level and no base; our choice.
+constexpr int least_reference_vertices = 200, most_reference_vertices = 20000;
+/// Throws InvalidInput for a number of vertices outside these.
+void check_vertex_count(int vertices);
+
 struct RemeshOptions {
-  int vertices = 845;  ///< of the whole face, both halves, hit exactly; 200 .. 20000
+  int vertices = 845;  ///< of the whole face, both halves, hit exactly
   int rounds = 12;     ///< of splitting, collapsing, flipping and moving at the final count, >= 1; our choice
 };
 
@@ -17,7 +22,6 @@ struct RemeshOptions {
 struct RemeshedHalf {
   HalfFace half;                 ///< source is -1 everywhere; size is the wanted length at that count, mm
   std::vector<int> vertices_of;  ///< the new vertex at each fixed vertex
-  double worst_quality = 0;      ///< of the triangles on `shape`: 1 equilateral, 0 degenerate
 };
 
 /// Triangulates a half face anew, with edges as long as `size` asks (times a common factor) so that the whole face has

@@ -4,8 +4,10 @@
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>
 
+#include <string>
 #include <vector>
 
+#include "libmodel/core/errors.h"
 #include "libregister/reference/reference_check.h"
 
 namespace facewright {
@@ -18,7 +20,9 @@ int count_self_intersections(const Vertices& V, const Faces& F) {
   for (Eigen::Index v = 0; v < V.rows(); ++v) index.push_back(mesh.add_vertex({V(v, 0), V(v, 1), V(v, 2)}));
   for (Eigen::Index f = 0; f < F.rows(); ++f) {
     const auto at = [&](int k) { return index[static_cast<size_t>(F(f, k))]; };
-    mesh.add_face(at(0), at(1), at(2));
+    if (mesh.add_face(at(0), at(1), at(2)) == SurfaceMesh::null_face())
+      throw InvalidInput("reference: triangle " + std::to_string(f) +
+                         " makes the mesh no manifold: an edge with three triangles, or two that turn different ways");
   }
   std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> pairs;
   CGAL::Polygon_mesh_processing::self_intersections(mesh, std::back_inserter(pairs));

@@ -17,7 +17,6 @@ Vertices mean_with_image(const Vertices& V, const std::vector<int>& mirror) {
     if (m < v) continue;
     const Eigen::RowVector3d image(-V(m, 0), V(m, 1), V(m, 2));
     S.row(v) = 0.5 * (V.row(v) + image);
-    if (m == v) S(v, 0) = 0;
     S.row(m) << -S(v, 0), S(v, 1), S(v, 2);
     if (m == v) S(v, 0) = 0;
   }
@@ -45,8 +44,7 @@ SymmetricFace symmetrise(const Vertices& registered, const Vertices& neutral, co
     if ((step.R - Eigen::Matrix3d::Identity()).norm() < 1e-9 && step.t.norm() < 1e-7) break;
   }
   face.V = mean_with_image(in_head, mirror);
-  face.asymmetry = (in_head - face.V).rowwise().norm();
-  face.rms = std::sqrt(weights.dot(face.asymmetry.cwiseAbs2()) / weights.sum());
+  face.rms = std::sqrt(weights.dot((in_head - face.V).rowwise().squaredNorm()) / weights.sum());
   return face;
 }
 

@@ -14,8 +14,7 @@ namespace facewright {
 struct SymmetricFace {
   Vertices V;                 ///< (N x 3) mirror partners agree exactly, midline vertices have x = 0; mm
   Similarity head_from_scan;  ///< rigid: scale 1
-  Eigen::VectorXd asymmetry;  ///< (N) mm from the registered vertex to its symmetric place
-  double rms = 0;             ///< mm, of `asymmetry`, weighted
+  double rms = 0;             ///< mm, from the registered vertices to their symmetric places, weighted
 };
 
 /// The mean of a registered face (N x 3) and its mirror image, in a head frame: rigid alignment to the reference

@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <fstream>
+#include <set>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/core/topology.h"
@@ -77,8 +78,26 @@ TEST(MakeReference, IsSymmetricToTheLastBitAndAnAnnulusOfTheWantedCount) {
 }
 
 TEST(MakeReference, IsATriangulationOfItsOwn) {
-  const Faces built_in = default_reference_face().mesh.F, own = made().face.mesh.F;
-  EXPECT_TRUE(built_in.rows() != own.rows() || built_in != own);
+  // The two lie on the same head: vertices that coincide would be taken over. Landmarks may.
+  const ReferenceFace built_in = default_reference_face();
+  const ReferenceFace& own = made().face;
+  std::set<int> marked;
+  for (const auto& [name, mark] : own.landmarks) marked.insert(mark.vertex);
+  int near = 0, others = 0;
+  for (int v = 0; v < own.mesh.V.rows(); ++v) {
+    if (marked.count(v)) continue;
+    ++others;
+    near += (built_in.mesh.V.rowwise() - own.mesh.V.row(v)).rowwise().norm().minCoeff() < 0.5;  // mm, of edges of 7
+  }
+  std::printf("[ figures  ] %d of %d vertices without a mark within 0.5 mm of a built-in one\n", near, others);
+  EXPECT_LT(near, others / 10);
+  std::map<int, int> valences[2];
+  for (const int i : {0, 1}) {
+    const Mesh& mesh = i ? own.mesh : built_in.mesh;
+    const Adjacency around = vertex_neighbours(mesh.V.rows(), mesh.F);
+    for (int v = 0; v < around.size(); ++v) ++valences[i][around.degree(v)];
+  }
+  EXPECT_NE(valences[0], valences[1]);
 }
 
 TEST(MakeReference, MarksGivenLandmarksWhereTheyAreAndCarriesTheOthersOver) {
@@ -146,11 +165,37 @@ TEST(MakeReference, TheRadiusIsTheGeodesicDistanceOfTheRim) {
   const MakeReferenceResult result = make_reference(head().mesh, head().landmarks, options);
   EXPECT_NEAR(result.summary.nearest_rim, 90, 1);  // fast marching on the cropped mesh sees other triangles
   EXPECT_NEAR(result.summary.farthest_rim, 90, 1);
+  EXPECT_EQ(result.summary.rim, "at the radius asked for");
   EXPECT_EQ(result.summary.check.euler_characteristic, 0);
   EXPECT_EQ(result.face.mesh.V.rows(), 845);
   EXPECT_TRUE(result.summary.left_out.count("1"));
   EXPECT_FALSE(result.face.landmarks.count("1"));
   EXPECT_TRUE(result.face.landmarks.count("31"));
+}
+
+TEST(MakeReference, SaysWhereTheRimRunsWhenTheFaceEndsBeforeTheRadius) {
+  EXPECT_THAT(made().summary.rim, HasSubstr("as far as the built-in face reaches"));
+  const double middle = (made().summary.nearest_rim + made().summary.farthest_rim) / 2;
+  MakeReferenceOptions options;
+  options.radius = middle;
+  const MakeReferenceSummary in_part = make_reference(head().mesh, head().landmarks, options).summary;
+  EXPECT_LT(in_part.nearest_rim, middle - 5);
+  EXPECT_NEAR(in_part.farthest_rim, middle, 1);
+  EXPECT_THAT(in_part.rim, HasSubstr("else at its own rim"));
+  options.radius = made().summary.farthest_rim + 20;
+  EXPECT_THAT(make_reference(head().mesh, head().landmarks, options).summary.rim, HasSubstr("less than the radius"));
+}
+
+// Left and right exchanged by whoever placed them: the registration sees it, and every name changes sides.
+TEST(MakeReference, ExchangedSidesAreExchangedBackForNamesWithoutPartnerToo) {
+  Landmarks exchanged;
+  for (const auto& [name, mark] : head().landmarks) exchanged[mirrored_landmark(name)] = mark;
+  const Eigen::Vector3d scar = project_to_mean_head(mean_head_landmarks().at("left_cheek").position);
+  exchanged["right_scar"].position = head().scan_from_head * scar;
+  const ReferenceFace face = make_reference(head().mesh, exchanged).face;
+  EXPECT_FALSE(face.derived.count("left_scar"));
+  EXPECT_TRUE(face.derived.count("right_scar"));
+  EXPECT_LT((face.mesh.V.row(face.landmarks.at("left_scar").vertex).transpose() - scar).norm(), 1.5);
 }
 
 TEST(MakeReference, WithoutAMouthSlitItIsADisc) {

@@ -150,17 +150,91 @@ TEST(HalfFace, ClosingTheMouthMakesADiscOfTheWhole) {
   EXPECT_EQ(boundary_loops(welded(closed).mesh.F).size(), 1u);
 }
 
+double area(const HalfFace& half) {
+  double sum = 0;
+  for (Eigen::Index f = 0; f < half.F.rows(); ++f) {
+    const Eigen::Vector3d a = half.shape.row(half.F(f, 0)), b = half.shape.row(half.F(f, 1)),
+                          c = half.shape.row(half.F(f, 2));
+    sum += 0.5 * (b - a).cross(c - a).norm();
+  }
+  return sum;
+}
+
 TEST(MarkOnHalf, MakesAnyPointAVertexWithoutMovingTheSurface) {
   HalfFace half = built_in_half();
+  const int old_count = half.count();
   Random random(8);
+  std::vector<std::pair<int, Eigen::Vector3d>> made;
   for (int i = 0; i < 20; ++i) {
     const int f = random.index(static_cast<int>(built_in_half().F.rows()));
     const Eigen::Vector3d p =
         (half.shape.row(half.F(f, 0)) + half.shape.row(half.F(f, 1)) + 2 * half.shape.row(half.F(f, 2))) / 4;
-    const int v = mark_on_half(half, {p, -1, false, false});
-    EXPECT_LT((half.shape.row(v).transpose() - p).norm(), 0.15);  // an old vertex may be taken within that
+    const int before = half.count(), v = mark_on_half(half, {p, -1, false, false});
+    // A new vertex is at the point itself; an old one is taken within 0.15 mm, and then none is made.
+    EXPECT_EQ(half.count(), v < before ? before : before + 1);
+    EXPECT_LT((half.shape.row(v).transpose() - p).norm(), v < before ? 0.15 : 1e-9);
+    made.emplace_back(v, half.shape.row(v));
   }
+  EXPECT_GT(half.count(), old_count + 15) << "most points are far from any vertex";
+  EXPECT_EQ(half.shape.topRows(old_count), built_in_half().shape);
+  EXPECT_EQ(half.neutral.topRows(old_count), built_in_half().neutral);
+  for (const auto& [v, p] : made) EXPECT_EQ(half.shape.row(v).transpose(), p) << "moved by a later mark";
+  EXPECT_NEAR(area(half), area(built_in_half()), 1e-9 * area(half));
+  EXPECT_EQ(half.F.minCoeff(), 0);
+  EXPECT_EQ(half.F.maxCoeff(), half.count() - 1);
   EXPECT_EQ(check_reference(welded(half)).euler_characteristic, 0);
+}
+
+// Landmarks nearer together than the bumps are wide: their steps must not add up.
+TEST(DrawSurface, ComesAsNearAsWantedToACrowdAndNoFarther) {
+  HalfFace half = flat_sheet(60, 1);
+  const HalfFace before = half;
+  std::vector<SurfacePull> pulls;
+  for (const int i : {24, 27, 30, 33, 36})
+    for (const int j : {27, 30, 33}) pulls.push_back({j * 61 + i, Eigen::Vector3d(i, j, i % 2 ? 2.5 : 3)});
+  const PullSummary summary = draw_surface(half, pulls);
+  EXPECT_LT(summary.rounds, 200);
+  EXPECT_LE(summary.farthest, 1.0011);
+  for (const SurfacePull& p : pulls) EXPECT_LE((half.shape.row(p.vertex).transpose() - p.wanted).norm(), 1.0011);
+  EXPECT_LT(half.shape.col(2).maxCoeff(), 3) << "the surface passes no landmark";
+  EXPECT_GT(half.shape.col(2).minCoeff(), -1) << "nor does it ring far below";
+  EXPECT_TRUE(half.shape.leftCols(2) == before.shape.leftCols(2)) << "straight pulls move nothing sideways";
+  EXPECT_LT((half.shape - before.shape).row(0).norm(), 1e-9) << "far away nothing happens";
+}
+
+TEST(DrawSurface, LeavesWhatIsNearEnoughAndTheMidlineInItsPlane) {
+  HalfFace half = flat_sheet(20, 2);
+  const HalfFace before = half;
+  EXPECT_EQ(draw_surface(half, {{5, before.shape.row(5).transpose() + Eigen::Vector3d(0, 0, 0.9)}}).rounds, 0);
+  EXPECT_TRUE(half.shape == before.shape);
+  EXPECT_EQ(draw_surface(half, {}).farthest, 0);
+  draw_surface(half, {{10 * 21 + 1, before.shape.row(10 * 21 + 1).transpose() + Eigen::Vector3d(4, 0, 0)}});
+  EXPECT_NEAR(half.shape(10 * 21 + 1, 0), 2 + 3, 1e-3);
+  for (int v = 0; v < half.count(); ++v)
+    EXPECT_TRUE(!half.midline[static_cast<size_t>(v)] || half.shape(v, 0) == 0) << v;
+}
+
+TEST(DrawSurface, EndsWherePullsContradictEachOther) {
+  HalfFace half = flat_sheet(20, 2);
+  const Eigen::Vector3d at = half.shape.row(210);
+  const PullSummary summary =
+      draw_surface(half, {{210, at + Eigen::Vector3d(0, 0, 5)}, {210, at - Eigen::Vector3d(0, 0, 5)}});
+  EXPECT_EQ(summary.rounds, PullOptions{}.most_rounds);
+  EXPECT_GE(summary.farthest, 5);
+  EXPECT_TRUE(half.shape.allFinite());
+}
+
+TEST(SelfIntersections, AreCountedAndAMeshThatIsNoManifoldIsRefused) {
+  Vertices V(6, 3);
+  V << 0, 0, 0, 2, 0, 0, 0, 2, 0, 0.5, 0.5, -1, 0.5, 0.5, 1, 1.5, 1.5, 0.2;
+  Faces F(2, 3);
+  F << 0, 1, 2, 3, 4, 5;
+  EXPECT_EQ(count_self_intersections(V, F), 1);
+  F << 0, 1, 2, 1, 0, 4;
+  EXPECT_EQ(count_self_intersections(V, F), 0);
+  Faces fan(3, 3);
+  fan << 0, 1, 2, 1, 0, 3, 0, 1, 4;
+  EXPECT_THROW(count_self_intersections(V, fan), InvalidInput);
 }
 
 TEST(RemeshHalf, HitsEveryCountExactlyAndKeepsWhatIsFixed) {
@@ -188,14 +262,12 @@ TEST(RemeshHalf, IsTheSameEveryTime) {
 TEST(RemeshHalf, OfAFlatSheetStaysFlatAndCoversIt) {
   const RemeshedHalf made = remesh_half(flat_sheet(30, 2), {}, {500, 4});
   EXPECT_EQ(made.half.shape.col(2).cwiseAbs().maxCoeff(), 0);
-  double area = 0;
   for (Eigen::Index f = 0; f < made.half.F.rows(); ++f) {
     const Eigen::Vector3d a = made.half.shape.row(made.half.F(f, 0)), b = made.half.shape.row(made.half.F(f, 1)),
                           c = made.half.shape.row(made.half.F(f, 2));
     EXPECT_GT((b - a).cross(c - a).z(), 0);
-    area += 0.5 * (b - a).cross(c - a).norm();
   }
-  EXPECT_NEAR(area, 3600, 36);  // the two free corners may be cut off
+  EXPECT_NEAR(area(made.half), 3600, 36);  // the two free corners may be cut off
 }
 
 TEST(RemeshHalf, RefusesCountsOutOfRange) {
