@@ -38,38 +38,44 @@ struct Painted {
   const std::vector<MatchOrigin>& origins;
 };
 
-Eigen::Vector3d sample_colour(const Painted& p, int f, const std::array<float, 3>& b, const Eigen::Vector3d& towards,
-                              int x, int y) {
-  Eigen::RowVector3d colour = Eigen::RowVector3d::Zero(), normal = Eigen::RowVector3d::Zero();
-  size_t largest = 0;
-  for (size_t k = 0; k < 3; ++k) {
-    const int v = p.mesh.F(f, static_cast<int>(k));
-    colour += b[k] * p.mesh.colours.row(v);
-    normal += b[k] * p.normals.row(v);
-    if (b[k] > b[largest]) largest = k;
-  }
-  const MatchOrigin origin = p.origins[static_cast<size_t>(p.mesh.F(f, static_cast<int>(largest)))];
-  const double light = 0.45 + 0.55 * std::max(0.0, normal.normalized().dot(towards.transpose()));
+// Colours as a lamp beside the camera shows them; grey where there is no match.
+Colours lit_colours(const Painted& p, const Eigen::Vector3d& towards) {
+  const Eigen::VectorXd light = 0.45 + 0.55 * (p.normals * towards).array().max(0);
+  Colours lit = light.asDiagonal() * p.mesh.colours;
+  for (Eigen::Index i = 0; i < lit.rows(); ++i)
+    if (p.origins[static_cast<size_t>(i)] != MatchOrigin::matched) lit.row(i).setConstant(kGrey * light[i]);
+  return lit;
+}
+
+Eigen::RowVector3d sample_colour(const Painted& p, const Colours& lit, int f, const std::array<float, 3>& b, int x,
+                                 int y) {
+  const size_t largest = static_cast<size_t>(std::max_element(b.begin(), b.end()) - b.begin());
+  const int nearest = p.mesh.F(f, static_cast<int>(largest));
+  const MatchOrigin origin = p.origins[static_cast<size_t>(nearest)];
   if (origin != MatchOrigin::matched)
-    return Eigen::Vector3d::Constant(on_stroke(origin, x, y) ? kStroke : light * kGrey);
-  return light * colour.transpose();
+    return on_stroke(origin, x, y) ? Eigen::RowVector3d::Constant(kStroke).eval() : lit.row(nearest).eval();
+  return b[0] * lit.row(p.mesh.F(f, 0)) + b[1] * lit.row(p.mesh.F(f, 1)) + b[2] * lit.row(p.mesh.F(f, 2));
 }
 
 Image paint_view(const Painted& p, int width, int height, double yaw) {
   constexpr int n = 2;  // samples per pixel, each way
   OrthographicCamera camera = frame_camera(p.mesh.V, n * width, n * height, yaw);
   const AffineCamera fine = camera.affine();
-  const Eigen::Vector3d towards = fine.towards_camera();
-  const Raster raster = rasterize(p.mesh.V, p.mesh.F, fine, {n * width, n * height, false});
+  const Colours lit = lit_colours(p, fine.towards_camera());
+  const Raster raster = rasterize(p.mesh.V, p.mesh.F, fine, {n * width, n * height, true});
   Image image(width, height, 3, 255);
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+      int covered = 0;
       for (int k = 0; k < n * n; ++k) {
         const size_t at = raster.index(n * x + k % n, n * y + k / n);
-        sum += raster.triangle[at] < 0 ? Eigen::Vector3d::Ones()
-                                       : sample_colour(p, raster.triangle[at], raster.barycentric[at], towards, x, y);
+        if (raster.triangle[at] < 0) continue;
+        sum += sample_colour(p, lit, raster.triangle[at], raster.barycentric[at], x, y);
+        ++covered;
       }
+      if (covered == 0) continue;
+      sum.array() += n * n - covered;  // white behind
       for (int k = 0; k < 3; ++k) image.pixel(x, y)[k] = srgb8_from_linear(sum[k] / (n * n));
     }
   return image;
@@ -117,7 +123,7 @@ void paint_legend(Image& image, int left, int top, int dot) {
 }
 
 void paint_footer(Image& image, int top, const RegisterSummary& s, double range) {
-  const int dot = std::max(1, image.height / 240), margin = 16 * dot, bar = image.width * 36 / 100;
+  const int dot = std::max(1, image.height / 200), margin = 16 * dot, bar = image.width * 36 / 100;
   paint_bar(image, margin, top + 5 * dot, bar, 10 * dot, dot, range);
   const int left = margin + bar + 36 * dot;
   draw_text(image, {left, top + 5 * dot},

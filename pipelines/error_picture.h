@@ -18,7 +18,7 @@ Eigen::VectorXd signed_distances(const Vertices& points, const Mesh& surface, co
 
 struct ErrorPictureOptions {
   double range = 1;  ///< mm, > 0: distance at which the colours end
-  int height = 420;  ///< pixels of a view, 100..4000; the picture is 2.55 times as wide and 1.15 times as high
+  int height = 360;  ///< pixels of a view, 100..4000; the picture is 2.55 times as wide and 1.15 times as high
   double side = 50;  ///< degrees the half profiles are turned, 0..90
 };
 

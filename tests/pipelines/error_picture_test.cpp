@@ -40,7 +40,7 @@ struct Shares {
 };
 
 // Of the pixels of the three views that show the face.
-Shares shares(const Image& image, int height) {
+Shares shares(const Image& image, int height = ErrorPictureOptions{}.height) {
   Shares s;
   double face = 0;
   for (int y = 0; y < height; ++y)
@@ -72,17 +72,17 @@ TEST(SignedDistances, RefusePointsWithoutANearestPlace) {
 }
 
 TEST(ErrorPicture, IsRedOutsideBlueInsideAndNeitherOnTheSurface) {
-  EXPECT_GT(shares(picture_of(offset_face(0.6)), 420).red, 0.9);
-  EXPECT_GT(shares(picture_of(offset_face(-0.6)), 420).blue, 0.9);
-  const Shares on = shares(picture_of(offset_face(0)), 420);
+  EXPECT_GT(shares(picture_of(offset_face(0.6))).red, 0.9);
+  EXPECT_GT(shares(picture_of(offset_face(-0.6))).blue, 0.9);
+  const Shares on = shares(picture_of(offset_face(0)));
   EXPECT_LT(on.red + on.blue, 0.02);
 }
 
 TEST(ErrorPicture, GreysWhatFoundNoMatchWhateverItsDistance) {
   RegistrationResult r = offset_face(0.6);
-  const double before = shares(picture_of(r), 420).grey;
+  const double before = shares(picture_of(r)).grey;
   std::fill(r.origins.begin(), r.origins.end(), MatchOrigin::interpolated);
-  const Shares after = shares(picture_of(r), 420);
+  const Shares after = shares(picture_of(r));
   EXPECT_LT(before, 0.05);
   EXPECT_GT(after.grey, 0.95);
   EXPECT_LT(after.red, 0.01);
