@@ -2,9 +2,13 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include <benchmark/benchmark.h>
 
+#include <map>
+#include <string>
+
 #include "libmodel/surface/nearest.h"
 #include "libmodel/synthetic/scan_person.h"
 #include "libregister/reference/reference_face.h"
+#include "libregister/registration/nicp.h"
 #include "libregister/registration/register_scan.h"
 
 namespace facewright {
@@ -29,14 +33,6 @@ void Denoise(benchmark::State& state) {
 }
 BENCHMARK(Denoise)->Unit(benchmark::kMillisecond);
 
-void GlobalMapping(benchmark::State& state) {
-  const MultiresTemplate reference = default_reference();
-  const Mesh base = reference.level_mesh(0);
-  const Landmarks marks = locate(reference.landmarks, base.V, base.F);
-  for (auto _ : state) benchmark::DoNotOptimize(global_mapping(base.V, marks, scan().landmarks));
-}
-BENCHMARK(GlobalMapping)->Unit(benchmark::kMillisecond);
-
 void NearestSurfacePoint(benchmark::State& state) {
   const Mesh& m = scan().mesh;
   const SurfaceIndex index(m.V, m.F);
@@ -49,11 +45,37 @@ void NearestSurfacePoint(benchmark::State& state) {
 }
 BENCHMARK(NearestSurfacePoint)->Arg(1)->Arg(10)->Arg(100);  // tenths of a millimetre off, per axis
 
+// Counters: milliseconds of wall time per stage.
 void RegisterScan(benchmark::State& state) {
   const MultiresTemplate reference = default_reference();
-  for (auto _ : state) benchmark::DoNotOptimize(register_scan(scan().mesh, scan().landmarks, reference));
+  std::map<std::string, double> stages;
+  for (auto _ : state) {
+    const RegistrationResult r = register_scan(scan().mesh, scan().landmarks, reference);
+    for (const auto& [stage, seconds] : r.summary.seconds) stages[stage] += 1000 * seconds;
+  }
+  for (const auto& [stage, total] : stages) state.counters[stage] = total / static_cast<double>(state.iterations());
+  state.counters["vertices"] = static_cast<double>(scan().mesh.V.rows());
 }
 BENCHMARK(RegisterScan)->Unit(benchmark::kMillisecond)->Iterations(3);
+
+// Optimal-step non-rigid ICP of a level, from a similarity; the scan's denoising and search tree are not counted.
+void Nicp(benchmark::State& state) {
+  const MultiresTemplate reference = default_reference();
+  const Mesh level = reference.level_mesh(static_cast<int>(state.range(0)));
+  const AlignResult aligned = align_landmarks(locate(reference.landmarks, level.V, level.F), scan().landmarks);
+  std::vector<LandmarkTarget> pulls;
+  for (const std::string& name : aligned.used)
+    pulls.push_back({reference.landmarks.at(name).vertex, aligned.landmarks.at(name).position, 1});
+  DenoiseResult clean = denoise(scan().mesh);
+  const MatchTarget target(std::move(clean.mesh), std::move(clean.reliability));
+  const Vertices start = aligned.scan_from_reference.apply(level.V);
+  for (auto _ : state) {
+    const NicpResult r = nicp(start, level.F, target, pulls);
+    state.counters["solves"] = static_cast<double>(r.summary.steps.size());
+  }
+  state.counters["vertices"] = static_cast<double>(level.V.rows());
+}
+BENCHMARK(Nicp)->Arg(0)->Arg(1)->Unit(benchmark::kMillisecond)->Iterations(1);
 
 }  // namespace
 }  // namespace facewright
