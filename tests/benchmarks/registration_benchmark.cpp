@@ -28,7 +28,8 @@ void DefaultReference(benchmark::State& state) {
 BENCHMARK(DefaultReference)->Unit(benchmark::kMillisecond);
 
 void Denoise(benchmark::State& state) {
-  for (auto _ : state) benchmark::DoNotOptimize(denoise(scan().mesh));
+  const Mesh& mesh = scan().mesh;  // made outside the clock
+  for (auto _ : state) benchmark::DoNotOptimize(denoise(mesh));
   state.counters["vertices"] = static_cast<double>(scan().mesh.V.rows());
 }
 BENCHMARK(Denoise)->Unit(benchmark::kMillisecond);
