@@ -56,8 +56,10 @@ ReferenceFace load_reference(const BuildPipelineOptions& options) {
   return face;
 }
 
-std::string reference_key(const MultiresTemplate& reference) {
-  std::string key = sha256_of(reference.V);
+std::string reference_key(const LevelDecision& decision) {
+  const MultiresTemplate& reference = decision.reference;
+  std::string key =
+      sha256_of(reference.V) + sha256_of(decision.appearance.mean) + sha256_of(decision.appearance.deviation);
   for (const TemplateLevel& l : reference.levels) key += sha256_of(l.F);
   for (const auto& [name, mark] : reference.landmarks) key += name + ":" + std::to_string(mark.vertex) + ";";
   return key;
@@ -71,17 +73,18 @@ void write_landmark_vertices(const MultiresTemplate& reference, const OutputTree
 }
 
 // Registers all scans; results do not depend on the order in which threads take them.
-std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files, const MultiresTemplate& reference,
+std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files, const LevelDecision& decision,
                                       const BuildPipelineOptions& options, const OutputTree& tree,
                                       const Progress& progress) {
   std::vector<ScanOutcome> outcomes(files.size());
   std::atomic<int> done{0};
-  const std::string key = reference_key(reference);
+  const std::string key = reference_key(decision);
+  const AppearanceGuide guide(decision.reference, decision.appearance);
   const int total = static_cast<int>(files.size());
   if (progress) progress({"registering", 0, total, ""});
   parallel_for(total, options.jobs, [&](int i) {
     const auto s = static_cast<size_t>(i);
-    outcomes[s] = process_scan(files[s], reference, key, options, tree);
+    outcomes[s] = process_scan(files[s], decision.reference, guide, key, options, tree);
     const int n = ++done;
     if (progress)
       progress({"registering", n, total,
@@ -201,7 +204,7 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
   summary.levels = decision.summary;
   write_landmark_vertices(reference, tree);
   clock.finish("levels");
-  summary.scans = register_all(files, reference, options, tree, progress);
+  summary.scans = register_all(files, decision, options, tree, progress);
   for (const ScanOutcome& o : summary.scans) ++(o.registered ? summary.registered : summary.failed);
   clock.finish("registration");
   if (summary.registered < options.least_scans) {

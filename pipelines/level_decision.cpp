@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -19,6 +21,7 @@
 #include "libregister/subdivision/deviation.h"
 #include "libregister/subdivision/journal.h"
 #include "pipelines/matrix_hash.h"
+#include "pipelines/scan_colours.h"
 #include "pipelines/scan_stage.h"
 
 namespace facewright {
@@ -26,10 +29,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr size_t kFaces = 6;       // more change the deviation left by less than 3 % (docs/subdivision.md)
-constexpr size_t kLeastFaces = 3;  // fewer say more about themselves than about faces
+const size_t kFaces = getenv("FW_FACES") ? atoi(getenv("FW_FACES"))
+                                         : 6;  // more change the deviation left by less than 3 % (docs/subdivision.md)
+constexpr size_t kLeastFaces = 3;              // fewer say more about themselves than about faces
 constexpr int kEnoughVertices = 60000;
-constexpr double kLeastSeen = 0.5;  // share of the vertices, by all scans; our choice
+constexpr int kRounds = 1;               // a second sharpens the appearance no further (docs/registration.md)
+constexpr double kColourDistance = 1.5;  // mm: a face farther from its scan has no colour there
+constexpr double kLeastSeen = 0.5;       // share of the vertices, by all scans; our choice
 
 void add_regions(const ReferenceFace& face, MultiresTemplate* t) { t->regions = template_regions(*t, face.regions); }
 
@@ -65,6 +71,8 @@ std::vector<size_t> spread(size_t n, size_t count) {
 struct CoarseFaces {
   std::vector<Vertices> faces;
   std::vector<std::vector<MatchOrigin>> origins;  // of the faces' vertices
+  std::vector<Mesh> scans;                        // denoised, with colours at the vertices if the scan has any
+  std::vector<Landmarks> landmarks;
   std::vector<std::string> ids, left_out;
 };
 
@@ -72,6 +80,8 @@ void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTempla
                        const BuildPipelineOptions& options, const Progress& progress, CoarseFaces* result) {
   std::vector<Vertices> faces(files.size());
   std::vector<std::vector<MatchOrigin>> origins(files.size());
+  std::vector<Mesh> scans(files.size());
+  std::vector<Landmarks> landmarks(files.size());
   std::atomic<int> done{0};
   const int total = static_cast<int>(files.size());
   const RegisterOptions registration = coarse_registration(options.registration);
@@ -80,8 +90,9 @@ void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTempla
     const auto s = static_cast<size_t>(i);
     try {
       const Scan scan = load_scan(files[s], options.scan);
-      const RegistrationResult r = register_scan(scan.mesh, scan.landmarks, reference, registration);
-      if (r.summary.acceptable) faces[s] = r.V, origins[s] = r.origins;
+      RegistrationResult r = register_scan(mesh_with_colours(scan), scan.landmarks, reference, registration);
+      if (r.summary.acceptable)
+        faces[s] = r.V, origins[s] = r.origins, scans[s] = std::move(r.denoised), landmarks[s] = scan.landmarks;
     } catch (const std::bad_alloc&) {
       throw;                           // the decision must not depend on the memory there happens to be
     } catch (const std::exception&) {  // the scan's own turn will tell why
@@ -96,6 +107,8 @@ void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTempla
     if (usable) {
       result->faces.push_back(std::move(faces[s]));
       result->origins.push_back(std::move(origins[s]));
+      result->scans.push_back(std::move(scans[s]));
+      result->landmarks.push_back(std::move(landmarks[s]));
     }
   }
 }
@@ -129,6 +142,35 @@ std::string decision_key(const ReferenceFace& face, const BuildPipelineOptions& 
   return sha256(j.dump() + sha256_of(face.mesh.V) + sha256_of(face.mesh.F));
 }
 
+// Per vertex the mean and the deviation of each feature; a deviation of -1 says that too few faces show it.
+Json appearance_json(const FaceAppearance& a) {
+  Json rows = Json::array();
+  for (Eigen::Index i = 0; i < a.mean.rows(); ++i) {
+    Json row = Json::array();
+    for (int c = 0; c < kAppearanceFeatures; ++c) row.push_back(a.mean(i, c));
+    for (int c = 0; c < kAppearanceFeatures; ++c)
+      row.push_back(std::isfinite(a.deviation(i, c)) ? a.deviation(i, c) : -1.0);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+FaceAppearance appearance_from(const Json& rows) {
+  FaceAppearance a;
+  a.mean.resize(static_cast<Eigen::Index>(rows.size()), kAppearanceFeatures);
+  a.deviation.resize(static_cast<Eigen::Index>(rows.size()), kAppearanceFeatures);
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].size() != 2 * kAppearanceFeatures) throw InvalidInput("appearance: a row of another length");
+    for (size_t c = 0; c < kAppearanceFeatures; ++c) {
+      const auto r = static_cast<Eigen::Index>(i), k = static_cast<Eigen::Index>(c);
+      const double d = rows[i].at(kAppearanceFeatures + c).get<double>();
+      a.mean(r, k) = rows[i].at(c).get<double>();
+      a.deviation(r, k) = d < 0 ? std::numeric_limits<double>::infinity() : d;
+    }
+  }
+  return a;
+}
+
 void write_decision(const LevelDecision& d, const std::string& key, const OutputTree& tree) {
   Json j;
   j["key"] = key;
@@ -148,6 +190,7 @@ void write_decision(const LevelDecision& d, const std::string& key, const Output
     for (Eigen::Index i = 0; i < d.reference.V.rows(); ++i)
       j["positions"].push_back({d.reference.V(i, 0), d.reference.V(i, 1), d.reference.V(i, 2)});
   }
+  if (!d.appearance.empty()) j["appearance"] = appearance_json(d.appearance);
   write_file(tree.hierarchy(), j.dump() + "\n");
 }
 
@@ -175,6 +218,10 @@ std::optional<LevelDecision> earlier_decision(const ReferenceFace& face, const s
         d.reference.V.row(static_cast<Eigen::Index>(i)) = Eigen::RowVector3d(positions[i].data());
       }
     }
+    if (j.contains("appearance")) {
+      d.appearance = appearance_from(j.at("appearance"));
+      if (d.appearance.mean.rows() != AppearanceSpace(d.reference).vertex_count()) return {};
+    }
     d.summary = {options.criterion,
                  true,
                  mean,
@@ -193,31 +240,35 @@ HierarchyOptions reference_criterion(LevelCriterion criterion) {
   return hierarchy;
 }
 
-// Vertices of the hierarchy that all of the scans show.
-std::vector<bool> seen_by_all(const DeviationTable& table, const CoarseFaces& coarse,
-                              const MultiresTemplate& reference) {
+// Faces in correspondence with the hierarchy's finest level.
+struct FacesInCommon {
+  std::vector<Vertices> faces;
+  std::vector<bool> seen_by_all;  // per vertex
+};
+
+FacesInCommon carry_over(const DeviationTable& table, const CoarseFaces& coarse, const MultiresTemplate& reference) {
+  FacesInCommon common;
   Vertices matched = Vertices::Zero(coarse.faces.front().rows(), 3);
   for (const auto& origins : coarse.origins)
     for (size_t i = 0; i < origins.size(); ++i)
       if (origins[i] == MatchOrigin::matched) matched(static_cast<Eigen::Index>(i), 0) += 1;
   const Vertices count = on_hierarchy(table, matched, reference);
-  std::vector<bool> seen;
   for (Eigen::Index i = 0; i < count.rows(); ++i)
-    seen.push_back(count(i, 0) == static_cast<double>(coarse.faces.size()));
-  return seen;
+    common.seen_by_all.push_back(count(i, 0) == static_cast<double>(coarse.faces.size()));
+  for (const Vertices& face : coarse.faces) common.faces.push_back(on_hierarchy(table, face, reference));
+  return common;
 }
 
 // The mean of the faces, symmetric if the reference is, in the reference's frame. What not all scans show follows
 // the rest smoothly, with the reference's own shape. Rounded, so that the file of the decision stays small. Empty if
 // they show too little in common.
-Vertices mean_shape(const DeviationTable& table, const CoarseFaces& coarse, const MultiresTemplate& reference,
-                    int threads) {
-  SampleMatrix shapes(static_cast<Eigen::Index>(coarse.faces.size()), reference.V.size());
-  for (size_t i = 0; i < coarse.faces.size(); ++i) {
-    const Vertices V = on_hierarchy(table, coarse.faces[i], reference);
+Vertices mean_shape(const FacesInCommon& common, const MultiresTemplate& reference, int threads) {
+  SampleMatrix shapes(static_cast<Eigen::Index>(common.faces.size()), reference.V.size());
+  for (size_t i = 0; i < common.faces.size(); ++i) {
+    const Vertices& V = common.faces[i];
     shapes.row(static_cast<Eigen::Index>(i)) = Eigen::Map<const Eigen::RowVectorXd>(V.data(), V.size());
   }
-  const std::vector<bool> seen = seen_by_all(table, coarse, reference);
+  const std::vector<bool>& seen = common.seen_by_all;
   Eigen::VectorXd weights(reference.V.rows());
   for (Eigen::Index i = 0; i < weights.size(); ++i) weights[i] = seen[static_cast<size_t>(i)] ? 1 : 0;
   if (weights.mean() < kLeastSeen) return {};
@@ -230,6 +281,59 @@ Vertices mean_shape(const DeviationTable& table, const CoarseFaces& coarse, cons
   V = moved + fill_harmonic(moved, reference.levels.back().F, V - moved, seen);
   if (!reference.mirror.empty()) V = symmetrise(V, V, reference.mirror, weights).V;
   return (1e4 * V).array().round() / 1e4;
+}
+
+// What the faces' colours have in common, at the vertices of the reference's level for it. Rounded like the mean.
+FaceAppearance common_appearance(const FacesInCommon& common, const std::vector<Mesh>& scans,
+                                 const MultiresTemplate& reference, int threads) {
+  const AppearanceSpace space(reference);
+  std::vector<AppearanceFeatures> features(common.faces.size());
+  std::vector<std::vector<bool>> seen(common.faces.size());
+  parallel_for(static_cast<int>(common.faces.size()), threads, [&](int i) {
+    const auto s = static_cast<size_t>(i);
+    if (!scans[s].has_colours()) return;
+    const MatchTarget target(scans[s], Eigen::VectorXd::Ones(scans[s].V.rows()));
+    const AppearanceSample sample =
+        sample_appearance(common.faces[s].topRows(space.vertex_count()), target, kColourDistance);
+    features[s] = space.features(sample);
+    seen[s] = sample.seen;
+  });
+  std::erase_if(features, [](const AppearanceFeatures& f) { return f.rows() == 0; });
+  std::erase_if(seen, [](const std::vector<bool>& b) { return b.empty(); });
+  FaceAppearance a = learn_appearance(features, seen);
+  a.mean = (1e4 * a.mean).array().round() / 1e4;
+  a.deviation = (1e4 * a.deviation).array().round() / 1e4;
+  return a;
+}
+
+// The faces' mean shape and appearance become the reference's.
+void take_mean(const FacesInCommon& common, const CoarseFaces& coarse, const BuildPipelineOptions& options,
+               LevelDecision* d) {
+  const Vertices mean = mean_shape(common, d->reference, options.jobs);
+  d->summary.mean_as_reference = mean.rows() > 0;
+  if (d->summary.mean_as_reference) d->reference.V = mean;
+  d->appearance = common_appearance(common, coarse.scans, d->reference, options.jobs);
+}
+
+// The same scans, registered to what they had in common so far.
+FacesInCommon register_again(const CoarseFaces& coarse, const LevelDecision& d, const BuildPipelineOptions& options) {
+  const AppearanceGuide guide(d.reference, d.appearance);
+  RegisterOptions registration = coarse_registration(options.registration);
+  registration.denoise.method = DenoiseMethod::none;  // they are the denoised meshes
+  FacesInCommon common;
+  common.faces.resize(coarse.scans.size());
+  common.seen_by_all.assign(static_cast<size_t>(d.reference.V.rows()), true);
+  std::vector<std::vector<MatchOrigin>> origins(coarse.scans.size());
+  parallel_for(static_cast<int>(coarse.scans.size()), options.jobs, [&](int i) {
+    const auto s = static_cast<size_t>(i);
+    RegistrationResult r = register_scan(coarse.scans[s], coarse.landmarks[s], d.reference, registration, &guide);
+    common.faces[s] = std::move(r.V);
+    origins[s] = std::move(r.origins);
+  });
+  for (const auto& o : origins)
+    for (size_t i = 0; i < o.size(); ++i)
+      if (o[i] != MatchOrigin::matched) common.seen_by_all[i] = false;
+  return common;
 }
 
 // Decides by some of the scans. Too few that can be registered: by the reference itself, whose shape then stands too.
@@ -251,9 +355,12 @@ void decide_by_faces(const ReferenceFace& face, const std::vector<ScanFiles>& fi
   if (s.criterion == LevelCriterion::deviation) hierarchy.criterion = deviation_criterion(table);
   d->reference = build_template(face, options.levels, hierarchy);
   if (!options.mean_as_reference) return;
-  const Vertices mean = mean_shape(table, coarse, d->reference, options.jobs);
-  s.mean_as_reference = mean.rows() > 0;
-  if (s.mean_as_reference) d->reference.V = mean;
+  FacesInCommon common = carry_over(table, coarse, d->reference);
+  take_mean(common, coarse, options, d);
+  for (int round = 0; round < kRounds && s.mean_as_reference; ++round) {
+    common = register_again(coarse, *d, options);
+    take_mean(common, coarse, options, d);
+  }
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "libmodel/core/multires_template.h"
 #include "libmodel/core/progress.h"
 #include "libregister/reference/reference_face.h"
+#include "libregister/registration/appearance.h"
 #include "pipelines/build_options.h"
 #include "pipelines/output_tree.h"
 
@@ -24,15 +25,17 @@ struct LevelDecisionSummary {
 
 struct LevelDecision {
   MultiresTemplate reference;
+  FaceAppearance appearance;  ///< of the faces that decided; empty if fewer than three have colours
   LevelDecisionSummary summary;
 };
 
 /// Decides the model's hierarchy once for all scans and leaves it in OUT/hierarchy.json. Six scans, spread over the
 /// folder, are registered coarsely on a uniform 4-8 mesh. With the deviation criterion those edges are split first
-/// where these faces deviate most from the coarser surface, and their mean becomes the reference's shape. Fewer than
-/// three usable scans, or a single level: the reference itself decides and keeps its shape. With `resume` an earlier
-/// decision for the same reference, levels, criterion and options of the registration stands, whatever scans have come
-/// or gone since. The result does not depend on the number of threads.
+/// where these faces deviate most from the coarser surface, and their mean becomes the reference's shape; what their
+/// colours have in common guides the registration. Fewer than three usable scans, or a single level: the reference
+/// itself decides and keeps its shape. With `resume` an earlier decision for the same reference, levels, criterion and
+/// options of the registration stands, whatever scans have come or gone since. The result does not depend on the number
+/// of threads.
 LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFiles>& files,
                             const BuildPipelineOptions& options, const OutputTree& tree, const Progress& progress = {});
 

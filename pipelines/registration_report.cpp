@@ -93,7 +93,7 @@ std::string describe_registration(const Scan& scan, const RegisterSummary& s) {
         {"swapped_left_right", s.swapped_left_right},
         {"residual_mean_mm", s.landmark_mean},
         {"residual_max_mm", s.landmark_max}}},
-      {"global_mapping", {{"scale", s.scale}, {"lambda", s.lambda}, {"leave_one_out_rms_mm", s.leave_one_out_rms}}},
+      {"global_mapping", {{"scale", s.scale}, {"landmark_noise_mm", s.landmark_noise}, {"guided", s.guided}, {"leave_one_out_rms_mm", s.leave_one_out_rms}}},
       {"origins",
        {{"matched", s.matched}, {"mirrored", s.mirrored}, {"interpolated", s.interpolated}, {"free", s.free}}},
       {"match_failures", failures_json(s)},

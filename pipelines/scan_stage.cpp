@@ -13,6 +13,7 @@
 #include "libregister/intake/mesh_import.h"
 #include "pipelines/error_picture.h"
 #include "pipelines/registration_report.h"
+#include "pipelines/scan_colours.h"
 
 namespace facewright {
 namespace {
@@ -43,18 +44,26 @@ Json options_json(const BuildPipelineOptions& o) {
             {"gaussian_width", r.denoise.gaussian_width},
             {"passes", r.denoise.passes},
             {"spike_deviation", r.denoise.spike_deviation},
-            {"spike_isolation", r.denoise.spike_isolation}}},
+            {"spike_isolation", r.denoise.spike_isolation},
+            {"spike_roughness", r.denoise.spike_roughness},
+            {"largest_cluster", r.denoise.largest_cluster},
+            {"highest_flagged", r.denoise.highest_flagged},
+            {"widest", {r.denoise.widest, r.denoise.widest_mm}},
+            {"agreement", {r.denoise.agreement, r.denoise.misfit}},
+            {"bilateral", {r.denoise.bilateral_sigma, r.denoise.normal_passes, r.denoise.vertex_passes}}}},
           {"align",
            {{"inlier_distance_mm", r.align.inlier_distance},
             {"scale", {r.align.lowest_scale, r.align.highest_scale}},
             {"least_inliers", r.align.least_inliers}}},
           {"global",
            {{"outlier_distance_mm", r.global.outlier_distance},
-            {"least_lambda", r.global.least_lambda},
             {"least_for_spline", r.global.least_for_spline},
-            {"least_for_free_lambda", r.global.least_for_free_lambda}}},
+            {"least_for_smoothness", r.global.least_for_smoothness},
+            {"smoothness",
+             {r.global.smoothness.amplitude, r.global.smoothness.amplitude_spread, r.global.smoothness.noise_spread}}}},
           {"levels", schedule_json(r.levels)},
           {"landmark_stddev_mm", r.landmark_stddev},
+          {"guide_rounds", r.guide_rounds},
           {"use_mirror", r.use_mirror},
           {"match_vertices", r.match_vertices}};
 }
@@ -104,8 +113,9 @@ constexpr const char* kNoLandmarks =
 
 std::string describe_options(const BuildPipelineOptions& options) { return options_json(options).dump(); }
 
-ScanOutcome process_scan(const ScanFiles& files, const MultiresTemplate& reference, const std::string& reference_key,
-                         const BuildPipelineOptions& options, const OutputTree& tree) {
+ScanOutcome process_scan(const ScanFiles& files, const MultiresTemplate& reference, const AppearanceGuide& guide,
+                         const std::string& reference_key, const BuildPipelineOptions& options,
+                         const OutputTree& tree) {
   ScanOutcome outcome;
   outcome.id = files.id;
   const double started = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -119,7 +129,8 @@ ScanOutcome process_scan(const ScanFiles& files, const MultiresTemplate& referen
     if (!files.landmarks) throw InvalidInput(kNoLandmarks);
     const Scan scan = load_scan(files, options.scan);
     stage = "registration";
-    const RegistrationResult result = register_scan(scan.mesh, scan.landmarks, reference, options.registration);
+    const RegistrationResult result =
+        register_scan(mesh_with_colours(scan), scan.landmarks, reference, options.registration, &guide);
     outcome.summary = result.summary;
     if (!result.summary.acceptable)
       throw InvalidInput("the registration is not trusted: " + result.summary.concern +

@@ -14,8 +14,8 @@ namespace facewright {
 /// Registers one scan of the folder and writes OUT/registered/ID.ply, OUT/scans/ID.json and ID.origins, or
 /// OUT/problematic/ID.txt. Never throws for a bad scan. With `resume` a scan whose key (contents of its files, options,
 /// reference, version) is that of an earlier run is left as it is.
-ScanOutcome process_scan(const ScanFiles& files, const MultiresTemplate& reference, const std::string& reference_key,
-                         const BuildPipelineOptions& options, const OutputTree& tree);
+ScanOutcome process_scan(const ScanFiles& files, const MultiresTemplate& reference, const AppearanceGuide& guide,
+                         const std::string& reference_key, const BuildPipelineOptions& options, const OutputTree& tree);
 
 /// The registered scans as they lie on disk, in the order of `ids`.
 RegisteredSet read_registered_set(const std::vector<std::string>& ids, const MultiresTemplate& reference,

@@ -161,71 +161,91 @@ Eigen::VectorXd relative_variance(const Landmarks& landmarks, const std::vector<
   return v;
 }
 
-// Mean square of the landmarks' deviations, mm^2; 1 where unknown.
-double mean_variance(const Landmarks& landmarks, const std::vector<std::string>& names) {
-  double sum = 0;
-  for (const auto& name : names) {
-    const double s = landmarks.at(name).stddev;
-    sum += s > 0 ? s * s : 1;
-  }
-  return sum / static_cast<double>(names.size());
+double least_lambda(const std::vector<std::string>& names, const GlobalMapOptions& options) {
+  return static_cast<int>(names.size()) < options.least_for_smoothness ? 1.0 : 1e-4;
 }
 
-ThinPlateSpline spline_without_outliers(const Landmarks& reference, const GlobalMapOptions& options,
-                                        std::vector<std::string> names, const Landmarks& scan,
-                                        GlobalMapResult* result) {
+// Drops the landmarks that the others contradict. Judged where the residuals are least: smoothing would hide them among
+// the others' larger ones.
+std::vector<std::string> without_outliers(const Landmarks& reference, const GlobalMapOptions& options,
+                                          std::vector<std::string> names, const Landmarks& scan,
+                                          GlobalMapResult* result) {
   const auto limit = static_cast<size_t>(options.highest_dropped * static_cast<double>(names.size()));
-  const double least_lambda = static_cast<int>(names.size()) < options.least_for_free_lambda
-                                  ? 1.0
-                                  : std::max(1e-4, options.least_lambda * mean_variance(scan, names));
   while (true) {
-    const Eigen::VectorXd variance = relative_variance(scan, names);
-    const auto fit = [&](double standard_errors) {
-      return fit_thin_plate_spline(positions(reference, names), positions(scan, names), variance, least_lambda,
-                                   standard_errors);
-    };
-    // Outliers are judged where the residuals are least: smoothing would hide them among the others' larger ones.
-    ThinPlateSpline spline = fit(0);
+    const ThinPlateSpline spline =
+        fit_thin_plate_spline(positions(reference, names), positions(scan, names), relative_variance(scan, names),
+                              least_lambda(names, options), 0);
     const Eigen::VectorXd e = spline.leave_one_out().rowwise().norm();
     Eigen::Index worst;
     const double highest = e.maxCoeff(&worst);
     const double bound = std::max(options.outlier_distance, options.outlier_factor * 1.4826 * median(to_vector(e)));
-    if (highest <= bound || result->dropped.size() >= limit) {
-      spline = fit(1);
-      const Vertices at = spline(positions(reference, names));
-      result->residual_rms = std::sqrt((at - positions(scan, names)).rowwise().squaredNorm().mean());
-      result->leave_one_out_rms = std::sqrt(e.squaredNorm() / static_cast<double>(e.size()));
-      result->lambda = spline.lambda();
-      return spline;
-    }
+    result->leave_one_out_rms = std::sqrt(e.squaredNorm() / static_cast<double>(e.size()));
+    if (highest <= bound || result->dropped.size() >= limit) return names;
     result->dropped.push_back(names[static_cast<size_t>(worst)]);
     names.erase(names.begin() + worst);
   }
 }
 
+// Displacements of the reference's landmarks towards the scan's, in the reference's frame.
+std::vector<SplineDatum> landmark_data(const Landmarks& reference, const std::vector<std::string>& names,
+                                       const AlignResult& alignment, double stddev) {
+  const Similarity reference_from_scan = alignment.scan_from_reference.inverse();
+  std::vector<SplineDatum> data;
+  for (const std::string& name : names) {
+    const LandmarkPoint<3>& point = alignment.landmarks.at(name);
+    const Eigen::Vector3d& x = reference.at(name).position;
+    const double s = (point.stddev > 0 ? point.stddev : stddev) / std::sqrt(3.0) * reference_from_scan.s;
+    add_displacement(x, reference_from_scan * point.position - x, s, &data);
+  }
+  return data;
+}
+
+double root_mean_square(const Vertices& X) { return std::sqrt(X.rowwise().squaredNorm().mean()); }
+
 }  // namespace
 
-GlobalMapResult global_mapping(const Vertices& reference, const Landmarks& reference_landmarks,
-                               const Landmarks& scan_landmarks, const GlobalMapOptions& options,
-                               const AlignOptions& align) {
+GlobalMapResult global_mapping(const Vertices& reference, const SymmetryPlane* plane,
+                               const Landmarks& reference_landmarks, const Landmarks& scan_landmarks,
+                               const GlobalMapOptions& options, const AlignOptions& align) {
   GlobalMapResult result;
   result.alignment = align_landmarks(reference_landmarks, scan_landmarks, align);
-  const Similarity& S = result.alignment.scan_from_reference;
+  const AlignResult& alignment = result.alignment;
+  const Similarity& S = alignment.scan_from_reference;
   result.V = S.apply(reference);
-  result.residual_rms = result.alignment.rms * S.s;
-  if (static_cast<int>(result.alignment.used.size()) < options.least_for_spline) return result;
+  result.residual_rms = alignment.rms * S.s;
+  if (static_cast<int>(alignment.used.size()) < options.least_for_spline) return result;
   // The spline works on the aligned reference, so that it only has to bend, and its affine part stays near identity.
   Landmarks moved;
-  for (const auto& name : result.alignment.used) moved[name].position = S * reference_landmarks.at(name).position;
+  for (const auto& name : alignment.used) moved[name].position = S * reference_landmarks.at(name).position;
   try {
-    const ThinPlateSpline spline =
-        spline_without_outliers(moved, options, result.alignment.used, result.alignment.landmarks, &result);
-    result.V = spline(result.V);
+    const auto names = without_outliers(moved, options, alignment.used, alignment.landmarks, &result);
+    const Vertices from = positions(moved, names), to = positions(alignment.landmarks, names);
+    if (static_cast<int>(names.size()) >= options.least_for_smoothness) {
+      result.data = landmark_data(reference_landmarks, names, alignment, options.landmark_stddev);
+      result.smoothness = estimate_smoothness(result.data, plane, options.smoothness);
+      result.landmark_noise = result.smoothness.noise * options.landmark_stddev;
+      result.V = map_with_data(result, plane, {}, reference);
+      result.residual_rms =
+          root_mean_square(map_with_data(result, plane, {}, positions(reference_landmarks, names)) - to);
+    } else {
+      const ThinPlateSpline spline =
+          fit_thin_plate_spline(from, to, relative_variance(alignment.landmarks, names), least_lambda(names, options));
+      result.V = spline(result.V);
+      result.residual_rms = root_mean_square(spline(from) - to);
+    }
     result.used_spline = true;
   } catch (const InvalidInput&) {
-    result.lambda = 0;  // coplanar landmarks: the similarity stands
+    result.data.clear();  // coplanar landmarks: the similarity stands
+    result.landmark_noise = 0;
   }
   return result;
+}
+
+Vertices map_with_data(const GlobalMapResult& map, const SymmetryPlane* plane, const std::vector<SplineDatum>& further,
+                       const Vertices& X) {
+  std::vector<SplineDatum> data = map.data;
+  data.insert(data.end(), further.begin(), further.end());
+  return map.alignment.scan_from_reference.apply(X + SymmetricSpline(data, plane, map.smoothness)(X));
 }
 
 }  // namespace facewright

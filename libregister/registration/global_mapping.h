@@ -9,6 +9,7 @@
 #include "libmodel/core/landmarks.h"
 #include "libmodel/core/mesh.h"
 #include "libmodel/core/similarity.h"
+#include "libregister/registration/symmetric_spline.h"
 
 namespace facewright {
 
@@ -39,29 +40,36 @@ struct GlobalMapOptions {
   double outlier_distance = 8;   ///< mm, leave-one-out residual from which a landmark may be dropped
   double outlier_factor = 5;     ///< ... and this many robust deviations above the median
   double highest_dropped = 0.2;  ///< share of landmarks that may be dropped, 0..1
-  /// Least smoothing of the spline for landmarks of 1 mm deviation, >= 0; goes with the mean square of stated
-  /// deviations. What leave-one-out residuals cannot tell: they are ruled by what faces do between landmarks
-  /// (docs/registration.md).
-  double least_lambda = 0.4;
-  int least_for_spline = 6;        ///< below this many landmarks the map stays a similarity
-  int least_for_free_lambda = 12;  ///< below this many, lambda >= 1 (leave-one-out is unreliable)
+  double landmark_stddev = 1.0;  ///< mm, over the three axes, where a landmark states none
+  SmoothnessOptions smoothness;  ///< priors of the symmetric spline
+  int least_for_spline = 6;      ///< below this many landmarks the map stays a similarity
+  /// Below this many the thin-plate spline with lambda >= 1 serves: its smoothness cannot be told from the data.
+  int least_for_smoothness = 12;
 };
 
 struct GlobalMapResult {
   Vertices V;  ///< the reference in the scan's place, (N x 3)
   AlignResult alignment;
   std::vector<std::string> dropped;  ///< landmarks left out by the leave-one-out test
-  double lambda = 0;                 ///< chosen smoothing, 0 if no spline was used
   double leave_one_out_rms = 0;      ///< mm: how well a landmark is foretold by the others
   double residual_rms = 0;           ///< mm, at the landmarks used
+  double landmark_noise = 0;         ///< mm: deviation of the landmarks, found from themselves; 0: not estimated
   bool used_spline = false;
+  /// Of the symmetric spline, in the reference's frame; no data: another map was used.
+  std::vector<SplineDatum> data;
+  SplineSmoothness smoothness;
 };
 
-/// Landmark-driven global mapping of the reference vertices (N x 3) onto a scan: similarity, then thin-plate spline
-/// whose smoothing is chosen by leave-one-out and which drops landmarks that the others contradict. [tena2006] names
-/// the stage; the spline is our choice.
-GlobalMapResult global_mapping(const Vertices& reference, const Landmarks& reference_landmarks,
-                               const Landmarks& scan_landmarks, const GlobalMapOptions& options = {},
-                               const AlignOptions& align = {});
+/// Landmark-driven global mapping of the reference vertices (N x 3) onto a scan: similarity, then a spline without the
+/// landmarks that the others contradict. [tena2006] names the stage; the splines are our choice: with twelve landmarks
+/// or more the symmetric one, with six or more a thin-plate spline. plane: of the reference, nullptr if it has none.
+GlobalMapResult global_mapping(const Vertices& reference, const SymmetryPlane* plane,
+                               const Landmarks& reference_landmarks, const Landmarks& scan_landmarks,
+                               const GlobalMapOptions& options = {}, const AlignOptions& align = {});
+
+/// The symmetric spline of `map` fitted again with further data in the reference's frame; X (N x 3) reference
+/// positions.
+Vertices map_with_data(const GlobalMapResult& map, const SymmetryPlane* plane, const std::vector<SplineDatum>& further,
+                       const Vertices& X);
 
 }  // namespace facewright

@@ -9,6 +9,7 @@
 #include "libmodel/core/mesh.h"
 #include "libmodel/core/registered_set.h"
 #include "libmodel/surface/nearest.h"
+#include "libregister/registration/symmetry_plane.h"
 
 namespace facewright {
 
@@ -68,13 +69,6 @@ struct MatchOptions {
 /// harmonically from the neighbours. [tena2006], tests after [amberg2007].
 Correspondence match_locally(const Vertices& V, const Faces& F, const std::vector<int>& mirror,
                              const MatchTarget& target, const MatchOptions& options = {});
-
-/// Symmetry plane n.x = offset of a deformed reference, from its left-right pairs. n points to the subject's left.
-struct SymmetryPlane {
-  Eigen::Vector3d normal = Eigen::Vector3d::UnitX();
-  double offset = 0;
-};
-SymmetryPlane symmetry_plane(const Vertices& V, const std::vector<int>& mirror);
 
 /// Fills the rows where known is false so that the field is harmonic (cotangent weights of V, F); components without
 /// any known row become zero. field (N x 3). Throws SolverError if the factorisation fails.

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <sstream>
 
 #include "libmodel/core/errors.h"
@@ -26,7 +27,9 @@ std::vector<LandmarkTarget> landmark_targets(const MultiresTemplate& reference, 
     if (std::find(map.dropped.begin(), map.dropped.end(), name) != map.dropped.end()) continue;
     const auto& mark = reference.landmarks.at(name);
     const auto& point = map.alignment.landmarks.at(name);
-    if (mark.vertex >= 0) targets.push_back({mark.vertex, point.position, point.stddev > 0 ? point.stddev : stddev});
+    const double factor = map.landmark_noise > 0 ? map.smoothness.noise : 1;
+    if (mark.vertex >= 0)
+      targets.push_back({mark.vertex, point.position, factor * (point.stddev > 0 ? point.stddev : stddev)});
   }
   return targets;
 }
@@ -52,8 +55,13 @@ class Registration {
                std::vector<LandmarkTarget> landmarks)
       : reference_(reference), target_(target), options_(options), landmarks_(std::move(landmarks)) {}
 
-  Correspondence run_level(int level, Vertices& V) const {
-    const LevelSchedule& s = options_.levels[std::min(static_cast<size_t>(level), options_.levels.size() - 1)];
+  const LevelSchedule& schedule(int level) const {
+    return options_.levels[std::min(static_cast<size_t>(level), options_.levels.size() - 1)];
+  }
+
+  Correspondence run_level(int level, Vertices& V) const { return run_level(level, schedule(level), V); }
+
+  Correspondence run_level(int level, const LevelSchedule& s, Vertices& V) const {
     const Faces& F = reference_.levels[static_cast<size_t>(level)].F;
     const std::vector<Stitch> stitches = seam_stitches(reference_, level);
     Vertices rest = V;
@@ -86,13 +94,76 @@ class Registration {
   std::vector<LandmarkTarget> landmarks_;
 };
 
+std::optional<SymmetryPlane> plane_of(const MultiresTemplate& reference) {
+  if (reference.mirror.empty()) return {};
+  return symmetry_plane(reference.V, reference.mirror);
+}
+
+// What the guide saw, as displacements of the reference in its own frame.
+std::vector<SplineDatum> guide_data(const std::vector<GuideObservation>& observations,
+                                    const MultiresTemplate& reference, const GlobalMapResult& map) {
+  const Similarity& S = map.alignment.scan_from_reference;
+  std::vector<SplineDatum> data;
+  for (const GuideObservation& o : observations) {
+    const Eigen::Vector3d x = reference.V.row(o.vertex), u = S.R.transpose() * o.direction;
+    data.push_back({x, u, (o.value - o.direction.dot(S.t)) / S.s - u.dot(x), o.stddev / S.s / map.smoothness.noise});
+  }
+  return data;
+}
+
+// Conforms levels 0 .. last in turn. `mapped` (N x 3) is the reference in the scan's place: a level starts from it,
+// moved as the level before has moved, so that what the reference knows of detail is kept.
+template <class AfterLevel>
+Correspondence run_levels(const MultiresTemplate& reference, const Registration& registration, const Vertices& mapped,
+                          int last, Vertices* V, const AfterLevel& after) {
+  Correspondence matches;
+  for (int level = 0; level <= last; ++level) {
+    const TemplateLevel& l = reference.levels[static_cast<size_t>(level)];
+    if (level == 0) {
+      *V = mapped.topRows(l.vertex_count);
+    } else {
+      const Vertices moved = *V - mapped.topRows(V->rows());
+      *V = mapped.topRows(l.vertex_count) + refine_positions(reference, moved, l.vertex_count);
+    }
+    matches = registration.run_level(level, *V);
+    after(level, l);
+  }
+  return matches;
+}
+
+// The reference's vertices, mapped by landmarks and by places found by their colour. Rounds: the coarse levels lay the
+// face on the scan, the guide looks where its places are, and the spline is fitted again.
+Vertices guided_map(const MultiresTemplate& reference, const Registration& registration, const AppearanceGuide& guide,
+                    const GlobalMapResult& map, const SymmetryPlane* plane, const MatchTarget& target,
+                    const RegisterOptions& options, int* guided) {
+  const int level = std::max(0, guide.level() - 1);
+  const Eigen::Index count = reference.levels[static_cast<size_t>(level)].vertex_count, n = guide.vertex_count();
+  Vertices V, mapped = map.V;
+  run_levels(reference, registration, mapped, level, &V, [](int, const TemplateLevel&) {});
+  LevelSchedule settle = registration.schedule(level);
+  settle.iterations = 1;
+  std::vector<SplineDatum> data;
+  for (int round = 0; round < options.guide_rounds; ++round) {
+    if (round > 0) {
+      mapped = map_with_data(map, plane, data, reference.V.topRows(n));
+      V = mapped.topRows(count);
+      registration.run_level(level, settle, V);
+    }
+    const Vertices moved = V - mapped.topRows(count);
+    const Vertices fine = mapped.topRows(n) + refine_positions(reference, moved, static_cast<int>(n));
+    data = guide_data(guide.observe(fine, target), reference, map);
+  }
+  *guided = static_cast<int>(data.size());
+  return map_with_data(map, plane, data, reference.V);
+}
+
 void describe_alignment(const GlobalMapResult& map, RegisterSummary* s) {
   s->scale = map.alignment.scan_from_reference.s;
   s->landmarks_used = static_cast<int>(map.alignment.used.size() - map.dropped.size());
   s->landmarks_rejected = map.alignment.rejected;
   s->landmarks_rejected.insert(s->landmarks_rejected.end(), map.dropped.begin(), map.dropped.end());
   s->swapped_left_right = map.alignment.swapped_left_right;
-  s->lambda = map.lambda;
+  s->landmark_noise = map.landmark_noise;
   s->leave_one_out_rms = map.leave_one_out_rms;
 }
 
@@ -158,14 +229,14 @@ void check(const Mesh& scan, const MultiresTemplate& reference, const RegisterOp
 }  // namespace
 
 std::vector<LevelSchedule> default_schedule() {
-  return {{4, 20, 6, 8, 4, 20, 65, 3.0, false},
-          {4, 6, 2, 4, 2, 8, 65, 1.0, false},
-          {3, 2, 1, 2, 1, 5, 65, 0.3, false},
-          {4, 1, 0.7, 1, 1, 4, 65, 0.1, true}};
+  return {{4, 6, 3, 8, 4, 20, 65, 0.3, false},
+          {4, 4, 2, 4, 2, 8, 65, 0.1, false},
+          {3, 2, 1, 2, 1, 5, 65, 0.03, false},
+          {4, 1, 0.7, 1, 1, 4, 65, 0.01, true}};
 }
 
 RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, const MultiresTemplate& reference,
-                                 const RegisterOptions& options) {
+                                 const RegisterOptions& options, const AppearanceGuide* guide) {
   check(scan, reference, options);
   RegistrationResult result;
   StageClock clock(&result.summary);
@@ -174,8 +245,12 @@ RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, c
   result.denoised = clean.mesh;
   clock.finish("denoise");
   const Mesh base = reference.level_mesh(0);
+  GlobalMapOptions global = options.global;
+  global.landmark_stddev = options.landmark_stddev;
+  const std::optional<SymmetryPlane> plane = plane_of(reference);
   const GlobalMapResult map =
-      global_mapping(base.V, locate(reference.landmarks, base.V, base.F), landmarks, options.global, options.align);
+      global_mapping(reference.V, plane ? &*plane : nullptr, locate(reference.landmarks, base.V, base.F), landmarks,
+                     global, options.align);
   describe_alignment(map, &result.summary);
   result.landmarks = map.alignment.landmarks;
   const std::vector<LandmarkTarget> pulls = landmark_targets(reference, map, options.landmark_stddev);
@@ -185,18 +260,22 @@ RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, c
   const auto keep = [&](const std::string& name, const Vertices& V, const Faces& F) {
     if (options.keep_stages) result.stages.push_back({name, {V, F, {}, {}, {}}});
   };
-  result.V = map.V;
-  keep("global", result.V, base.F);
+  keep("global", map.V.topRows(base.V.rows()), base.F);
   clock.finish("search structures");
-  Correspondence matches;
-  for (int level = 0; level < static_cast<int>(reference.levels.size()); ++level) {
-    const TemplateLevel& l = reference.levels[static_cast<size_t>(level)];
-    if (level > 0) result.V = refine_positions(reference, result.V, l.vertex_count);
-    matches = registration.run_level(level, result.V);
-    unfold(result.V, l.F);
-    keep("level" + std::to_string(level), result.V, l.F);
-    clock.finish("level " + std::to_string(level));
+  Vertices mapped = map.V;
+  if (guide && !guide->empty() && !map.data.empty() && target.mesh().has_colours()) {
+    mapped = guided_map(reference, registration, *guide, map, plane ? &*plane : nullptr, target, options,
+                        &result.summary.guided);
+    keep("guided", mapped.topRows(base.V.rows()), base.F);
+    clock.finish("colour guide");
   }
+  const int last = static_cast<int>(reference.levels.size()) - 1;
+  const Correspondence matches =
+      run_levels(reference, registration, mapped, last, &result.V, [&](int level, const TemplateLevel& l) {
+        unfold(result.V, l.F);
+        keep("level" + std::to_string(level), result.V, l.F);
+        clock.finish("level " + std::to_string(level));
+      });
   describe_matches(matches, &result);
   measure(target, reference.levels.back().F, pulls, &result);
   judge(&result);

@@ -11,6 +11,7 @@
 #include "libmodel/core/landmarks.h"
 #include "libmodel/core/multires_template.h"
 #include "libmodel/core/registered_set.h"
+#include "libregister/registration/appearance_guide.h"
 #include "libregister/registration/conform.h"
 #include "libregister/registration/denoise.h"
 #include "libregister/registration/global_mapping.h"
@@ -38,6 +39,7 @@ struct RegisterOptions {
   GlobalMapOptions global;
   std::vector<LevelSchedule> levels = default_schedule();  ///< one per level; the last is reused for further levels
   double landmark_stddev = 1.0;  ///< mm, where a landmark has none of its own: manual placement repeats to 1-2 mm
+  int guide_rounds = 3;          ///< how often colour is looked at, if there is a guide
   bool use_mirror = true;        ///< mirror fallback in matching
   bool match_vertices = false;   ///< match to scan vertices instead of the surface (literal IMDR)
   bool keep_stages = false;      ///< keep the mesh after every stage
@@ -50,7 +52,9 @@ struct RegisterSummary {
   int landmarks_used = 0;
   std::vector<std::string> landmarks_rejected;
   bool swapped_left_right = false;
-  double lambda = 0, leave_one_out_rms = 0;                   ///< of the thin-plate spline; mm
+  double leave_one_out_rms = 0;  ///< mm, of the landmarks: how well the others foretell one
+  double landmark_noise = 0;     ///< mm, estimated; 0: too few landmarks to tell
+  int guided = 0;                ///< places found by their colour
   int matched = 0, mirrored = 0, interpolated = 0, free = 0;  ///< vertices of the finest level
   std::array<int, kMatchStatusCount> match_status{};          ///< vertices per MatchStatus in the last iteration
   double surface_mean = 0, surface_p95 = 0;                   ///< mm, matched vertices to the denoised scan
@@ -80,8 +84,9 @@ struct RegistrationResult {
 
 /// IMDR registration of one scan (millimetres) to the reference: denoising, global mapping, then per level local
 /// matching and conformation, and 4-8 refinement to the next level. [tena2006, huber2016] Throws InvalidInput when the
-/// landmarks do not show a face; poor quality is told in the summary.
+/// landmarks do not show a face; poor quality is told in the summary. With a guide and vertex colours, places found by
+/// their colour join the landmarks.
 RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, const MultiresTemplate& reference,
-                                 const RegisterOptions& options = {});
+                                 const RegisterOptions& options = {}, const AppearanceGuide* guide = nullptr);
 
 }  // namespace facewright

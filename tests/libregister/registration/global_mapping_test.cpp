@@ -87,8 +87,8 @@ TEST(GlobalMapping, CommutesWithRigidMotionOfTheScan) {
   Similarity motion = random_similarity(random);
   motion.s = 1;
   for (const auto& [name, p] : target) moved[name].position = motion * p.position;
-  EXPECT_THAT(global_mapping(t.V, marks, moved).V,
-              VerticesNear(motion.apply(global_mapping(t.V, marks, target).V), 1e-7));
+  EXPECT_THAT(global_mapping(t.V, nullptr, marks, moved).V,
+              VerticesNear(motion.apply(global_mapping(t.V, nullptr, marks, target).V), 1e-7));
 }
 
 TEST(GlobalMapping, DropsALandmarkThatTheOthersContradict) {
@@ -96,7 +96,7 @@ TEST(GlobalMapping, DropsALandmarkThatTheOthersContradict) {
   const Landmarks marks = locate(t.landmarks, t.V, t.levels[0].F);
   Landmarks target = locate(t.landmarks, warped(t.V, 2), t.levels[0].F);
   target["p13"].position += Eigen::Vector3d(0, 11, 0);
-  const GlobalMapResult r = global_mapping(t.V, marks, target);
+  const GlobalMapResult r = global_mapping(t.V, nullptr, marks, target);
   std::vector<std::string> out = r.dropped;
   out.insert(out.end(), r.alignment.rejected.begin(), r.alignment.rejected.end());
   EXPECT_THAT(out, ::testing::ElementsAre("p13"));
@@ -107,7 +107,7 @@ TEST(GlobalMapping, WithFiveLandmarksStaysASimilarity) {
   const Landmarks marks = locate(t.landmarks, t.V, t.levels[0].F);
   Landmarks five;
   for (const char* n : {"p1", "p5", "p13", "p21", "p25"}) five[n] = marks.at(n);
-  const GlobalMapResult r = global_mapping(t.V, marks, five);
+  const GlobalMapResult r = global_mapping(t.V, nullptr, marks, five);
   EXPECT_FALSE(r.used_spline);
   EXPECT_THAT(r.V, VerticesNear(t.V, 1e-8));
 }
