@@ -6,6 +6,7 @@
 #include <map>
 #include <numeric>
 #include <string>
+#include <tuple>
 
 #include "libmodel/core/errors.h"
 
@@ -16,35 +17,58 @@ struct HalfEdge {
   int v0, v1, face, corner;
 };
 
-// All half-edges, sorted by undirected edge and then by face: equal keys are neighbours.
+// Offsets of consecutive rows from their lengths, which stand one place late.
+std::vector<int> to_offsets(std::vector<int> lengths) {
+  std::partial_sum(lengths.begin(), lengths.end(), lengths.begin());
+  return lengths;
+}
+
+// All half-edges, sorted by undirected edge and then by face: equal keys are neighbours. Sorted into a bucket per
+// vertex first, so the whole costs O(M).
 std::vector<HalfEdge> sorted_half_edges(const Faces& F) {
-  std::vector<HalfEdge> h;
-  h.reserve(static_cast<size_t>(F.size()));
+  if (F.size() == 0) return {};
+  if (F.minCoeff() < 0) throw InvalidInput("topology: a triangle has a negative index");
+  std::vector<int> lengths(static_cast<size_t>(F.maxCoeff()) + 2, 0);
+  for (int f = 0; f < F.rows(); ++f)
+    for (int k = 0; k < 3; ++k) ++lengths[std::min(F(f, k), F(f, (k + 1) % 3)) + 1];
+  const std::vector<int> offsets = to_offsets(std::move(lengths));
+  std::vector<int> next(offsets.begin(), offsets.end() - 1);
+  std::vector<HalfEdge> h(static_cast<size_t>(F.size()));
   for (int f = 0; f < F.rows(); ++f)
     for (int k = 0; k < 3; ++k) {
       const int a = F(f, k), b = F(f, (k + 1) % 3);
-      h.push_back({std::min(a, b), std::max(a, b), f, k});
+      h[next[std::min(a, b)]++] = {std::min(a, b), std::max(a, b), f, k};
     }
-  std::sort(h.begin(), h.end(), [](const HalfEdge& a, const HalfEdge& b) {
-    return std::tie(a.v0, a.v1, a.face) < std::tie(b.v0, b.v1, b.face);
-  });
+  for (size_t v = 0; v + 1 < offsets.size(); ++v)
+    std::sort(h.begin() + offsets[v], h.begin() + offsets[v + 1],
+              [](const HalfEdge& a, const HalfEdge& b) { return std::tie(a.v1, a.face) < std::tie(b.v1, b.face); });
   return h;
 }
 
 bool same_edge(const HalfEdge& a, const HalfEdge& b) { return a.v0 == b.v0 && a.v1 == b.v1; }
 
-Adjacency from_pairs(Eigen::Index n, std::vector<std::pair<int, int>>& pairs) {
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+// Sorts every row and takes out what stands there twice.
+Adjacency sorted_rows(const std::vector<int>& offsets, std::vector<int> indices) {
   Adjacency a;
-  a.offsets.assign(static_cast<size_t>(n) + 1, 0);
-  a.indices.reserve(pairs.size());
-  for (const auto& [i, j] : pairs) {
-    ++a.offsets[i + 1];
-    a.indices.push_back(j);
+  a.offsets.reserve(offsets.size());
+  a.offsets.push_back(0);
+  int end = 0;
+  for (size_t i = 0; i + 1 < offsets.size(); ++i) {
+    std::sort(indices.begin() + offsets[i], indices.begin() + offsets[i + 1]);
+    for (int k = offsets[i]; k < offsets[i + 1]; ++k)
+      if (end == a.offsets.back() || indices[k] != indices[end - 1]) indices[end++] = indices[k];
+    a.offsets.push_back(end);
   }
-  std::partial_sum(a.offsets.begin(), a.offsets.end(), a.offsets.begin());
+  indices.resize(static_cast<size_t>(end));
+  a.indices = std::move(indices);
   return a;
+}
+
+// Where each vertex's row starts if every corner gives it `each` entries.
+std::vector<int> corner_offsets(Eigen::Index vertex_count, const Faces& F, int each) {
+  std::vector<int> lengths(static_cast<size_t>(vertex_count) + 1, 0);
+  for (Eigen::Index k = 0; k < F.size(); ++k) lengths[F.data()[k] + 1] += each;
+  return to_offsets(std::move(lengths));
 }
 
 }  // namespace
@@ -66,23 +90,20 @@ std::vector<Edge> edges(const Faces& F) {
 }
 
 Adjacency vertex_neighbours(Eigen::Index vertex_count, const Faces& F) {
-  std::vector<std::pair<int, int>> pairs;
-  pairs.reserve(static_cast<size_t>(F.size()) * 2);
+  const std::vector<int> offsets = corner_offsets(vertex_count, F, 2);
+  std::vector<int> next(offsets.begin(), offsets.end() - 1), indices(static_cast<size_t>(offsets.back()));
   for (int f = 0; f < F.rows(); ++f)
-    for (int k = 0; k < 3; ++k) {
-      const int a = F(f, k), b = F(f, (k + 1) % 3);
-      pairs.emplace_back(a, b);
-      pairs.emplace_back(b, a);
-    }
-  return from_pairs(vertex_count, pairs);
+    for (int k = 0; k < 3; ++k)
+      for (const int other : {1, 2}) indices[next[F(f, k)]++] = F(f, (k + other) % 3);
+  return sorted_rows(offsets, std::move(indices));
 }
 
 Adjacency vertex_faces(Eigen::Index vertex_count, const Faces& F) {
-  std::vector<std::pair<int, int>> pairs;
-  pairs.reserve(static_cast<size_t>(F.size()));
+  const std::vector<int> offsets = corner_offsets(vertex_count, F, 1);
+  std::vector<int> next(offsets.begin(), offsets.end() - 1), indices(static_cast<size_t>(offsets.back()));
   for (int f = 0; f < F.rows(); ++f)
-    for (int k = 0; k < 3; ++k) pairs.emplace_back(F(f, k), f);
-  return from_pairs(vertex_count, pairs);
+    for (int k = 0; k < 3; ++k) indices[next[F(f, k)]++] = f;
+  return sorted_rows(offsets, std::move(indices));
 }
 
 Faces face_neighbours(const Faces& F) {

@@ -2,7 +2,11 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/core/topology.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <set>
+#include <tuple>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/core/landmarks.h"
@@ -39,6 +43,36 @@ TEST(Topology, NeighboursAreMutual) {
   for (int i = 0; i < ring.size(); ++i)
     for (const int* j = ring.begin(i); j != ring.end(i); ++j)
       EXPECT_TRUE(std::binary_search(ring.begin(*j), ring.end(*j), i));
+}
+
+TEST(Topology, RowsAreSortedSetsOnATangleOfTriangles) {
+  Random random(3);
+  const int n = 40;
+  Faces F(150, 3);  // edges with any number of triangles, corners that coincide
+  for (auto& index : F.reshaped()) index = random.index(n);
+  const Adjacency ring = vertex_neighbours(n + 2, F), incident = vertex_faces(n + 2, F);
+  for (int i = 0; i < n + 2; ++i) {
+    std::set<int> neighbours, triangles;
+    for (int f = 0; f < F.rows(); ++f)
+      for (int k = 0; k < 3; ++k)
+        if (F(f, k) == i) neighbours.insert({F(f, (k + 1) % 3), F(f, (k + 2) % 3)}), triangles.insert(f);
+    EXPECT_THAT(std::vector<int>(ring.begin(i), ring.end(i)), testing::ElementsAreArray(neighbours));
+    EXPECT_THAT(std::vector<int>(incident.begin(i), incident.end(i)), testing::ElementsAreArray(triangles));
+  }
+}
+
+TEST(Topology, EdgesComeInOrderWithTheirTriangles) {
+  const Mesh m = annulus(4, 15, 1, 2);
+  const std::vector<Edge> list = edges(m.F);
+  EXPECT_TRUE(std::is_sorted(list.begin(), list.end(),
+                             [](const Edge& a, const Edge& b) { return std::tie(a.v0, a.v1) < std::tie(b.v0, b.v1); }));
+  for (const Edge& e : list)
+    for (const int f : {e.f0, e.f1})
+      if (f >= 0) {
+        EXPECT_TRUE((m.F.row(f).array() == e.v0).any() && (m.F.row(f).array() == e.v1).any());
+      }
+  EXPECT_TRUE(edges(Faces()).empty());
+  EXPECT_THROW(edges(Faces::Constant(1, 3, -1)), InvalidInput);
 }
 
 TEST(Topology, ThreeTrianglesOnAnEdgeAreRefused) {
