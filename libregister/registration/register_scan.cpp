@@ -111,15 +111,15 @@ std::vector<SplineDatum> guide_data(const std::vector<GuideObservation>& observa
   return data;
 }
 
-// Conforms levels 0 .. last in turn. `mapped` (N x 3) is the reference in the scan's place: a level starts from it,
+// Conforms levels first .. last in turn. `mapped` (N x 3) is the reference in the scan's place: a level starts from it,
 // moved as the level before has moved, so that what the reference knows of detail is kept.
 template <class AfterLevel>
 Correspondence run_levels(const MultiresTemplate& reference, const Registration& registration, const Vertices& mapped,
-                          int last, Vertices* V, const AfterLevel& after) {
+                          int first, int last, Vertices* V, const AfterLevel& after) {
   Correspondence matches;
-  for (int level = 0; level <= last; ++level) {
+  for (int level = first; level <= last; ++level) {
     const TemplateLevel& l = reference.levels[static_cast<size_t>(level)];
-    if (level == 0) {
+    if (level == first) {
       *V = mapped.topRows(l.vertex_count);
     } else {
       const Vertices moved = *V - mapped.topRows(V->rows());
@@ -139,7 +139,7 @@ Vertices guided_map(const MultiresTemplate& reference, const Registration& regis
   const int level = std::max(0, guide.level() - 1);
   const Eigen::Index count = reference.levels[static_cast<size_t>(level)].vertex_count, n = guide.vertex_count();
   Vertices V, mapped = map.V;
-  run_levels(reference, registration, mapped, level, &V, [](int, const TemplateLevel&) {});
+  run_levels(reference, registration, mapped, 0, level, &V, [](int, const TemplateLevel&) {});
   LevelSchedule settle = registration.schedule(level);
   settle.iterations = 1;
   std::vector<SplineDatum> data;
@@ -231,7 +231,7 @@ void check(const Mesh& scan, const MultiresTemplate& reference, const RegisterOp
 std::vector<LevelSchedule> default_schedule() {
   return {{4, 6, 3, 8, 4, 20, 65, 0.3, false},
           {4, 4, 2, 4, 2, 8, 65, 0.1, false},
-          {3, 2, 1, 2, 1, 5, 65, 0.03, false},
+          {4, 3, 1, 4, 1, 8, 65, 0.03, false},
           {4, 1, 0.7, 1, 1, 4, 65, 0.01, true}};
 }
 
@@ -262,16 +262,18 @@ RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, c
   };
   keep("global", map.V.topRows(base.V.rows()), base.F);
   clock.finish("search structures");
+  const int last = static_cast<int>(reference.levels.size()) - 1;
+  int first = 0;
   Vertices mapped = map.V;
   if (guide && !guide->empty() && !map.data.empty() && target.mesh().has_colours()) {
     mapped = guided_map(reference, registration, *guide, map, plane ? &*plane : nullptr, target, options,
                         &result.summary.guided);
+    first = std::min(guide->level(), last);  // the coarser levels have done their part
     keep("guided", mapped.topRows(base.V.rows()), base.F);
     clock.finish("colour guide");
   }
-  const int last = static_cast<int>(reference.levels.size()) - 1;
   const Correspondence matches =
-      run_levels(reference, registration, mapped, last, &result.V, [&](int level, const TemplateLevel& l) {
+      run_levels(reference, registration, mapped, first, last, &result.V, [&](int level, const TemplateLevel& l) {
         unfold(result.V, l.F);
         keep("level" + std::to_string(level), result.V, l.F);
         clock.finish("level " + std::to_string(level));
