@@ -4,22 +4,17 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <limits>
 #include <new>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "libmodel/building/procrustes.h"
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
-#include "libmodel/core/topology.h"
-#include "libmodel/io/atomic_file.h"
 #include "libregister/reference/regions.h"
 #include "libregister/reference/symmetrise.h"
 #include "libregister/registration/register_scan.h"
 #include "libregister/subdivision/deviation.h"
-#include "libregister/subdivision/journal.h"
+#include "pipelines/hierarchy_file.h"
 #include "pipelines/matrix_hash.h"
 #include "pipelines/scan_colours.h"
 #include "pipelines/scan_stage.h"
@@ -29,15 +24,12 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-const size_t kFaces = getenv("FW_FACES") ? atoi(getenv("FW_FACES"))
-                                         : 6;  // more change the deviation left by less than 3 % (docs/subdivision.md)
-constexpr size_t kLeastFaces = 3;              // fewer say more about themselves than about faces
+constexpr size_t kFaces = 6;       // more change the deviation left by less than 3 % (docs/subdivision.md)
+constexpr size_t kLeastFaces = 3;  // fewer say more about themselves than about faces
 constexpr int kEnoughVertices = 60000;
 constexpr int kRounds = 1;               // a second sharpens the appearance no further (docs/registration.md)
 constexpr double kColourDistance = 1.5;  // mm: a face farther from its scan has no colour there
 constexpr double kLeastSeen = 0.5;       // share of the vertices, by all scans; our choice
-
-void add_regions(const ReferenceFace& face, MultiresTemplate* t) { t->regions = template_regions(*t, face.regions); }
 
 // Base mesh, its second step, and a uniform mesh about as fine as the finest level.
 MultiresTemplate uniform_template(const ReferenceFace& face, const std::vector<int>& levels) {
@@ -47,7 +39,7 @@ MultiresTemplate uniform_template(const ReferenceFace& face, const std::vector<i
   int steps = 0;
   for (; steps < 2 || mesh.vertex_count() < enough; ++steps) mesh.uniform_step();
   MultiresTemplate t = uniform_hierarchy(face.mesh, face.mirror, face.landmarks, levels.front(), {2, steps});
-  add_regions(face, &t);
+  t.regions = template_regions(t, face.regions);
   return t;
 }
 
@@ -140,98 +132,6 @@ std::string decision_key(const ReferenceFace& face, const BuildPipelineOptions& 
   for (const auto& [name, mark] : face.landmarks)
     j["landmarks"][name] = {mark.vertex, mark.point.triangle, mark.point.barycentric[0], mark.point.barycentric[1]};
   return sha256(j.dump() + sha256_of(face.mesh.V) + sha256_of(face.mesh.F));
-}
-
-// Per vertex the mean and the deviation of each feature; a deviation of -1 says that too few faces show it.
-Json appearance_json(const FaceAppearance& a) {
-  Json rows = Json::array();
-  for (Eigen::Index i = 0; i < a.mean.rows(); ++i) {
-    Json row = Json::array();
-    for (int c = 0; c < kAppearanceFeatures; ++c) row.push_back(a.mean(i, c));
-    for (int c = 0; c < kAppearanceFeatures; ++c)
-      row.push_back(std::isfinite(a.deviation(i, c)) ? a.deviation(i, c) : -1.0);
-    rows.push_back(std::move(row));
-  }
-  return rows;
-}
-
-FaceAppearance appearance_from(const Json& rows) {
-  FaceAppearance a;
-  a.mean.resize(static_cast<Eigen::Index>(rows.size()), kAppearanceFeatures);
-  a.deviation.resize(static_cast<Eigen::Index>(rows.size()), kAppearanceFeatures);
-  for (size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i].size() != 2 * kAppearanceFeatures) throw InvalidInput("appearance: a row of another length");
-    for (size_t c = 0; c < kAppearanceFeatures; ++c) {
-      const auto r = static_cast<Eigen::Index>(i), k = static_cast<Eigen::Index>(c);
-      const double d = rows[i].at(kAppearanceFeatures + c).get<double>();
-      a.mean(r, k) = rows[i].at(c).get<double>();
-      a.deviation(r, k) = d < 0 ? std::numeric_limits<double>::infinity() : d;
-    }
-  }
-  return a;
-}
-
-void write_decision(const LevelDecision& d, const std::string& key, const OutputTree& tree) {
-  Json j;
-  j["key"] = key;
-  j["criterion"] = criterion_name(d.summary.criterion);
-  j["scans"] = d.summary.scans;
-  j["left_out"] = d.summary.left_out;
-  for (const TemplateLevel& l : d.reference.levels) {
-    j["vertices"].push_back(l.vertex_count);
-    j["triangles"].push_back(l.F.rows());
-    j["boundary_edges"].push_back(boundary_edge_count(l.F));
-  }
-  j["parents"] = Json::array();
-  for (const VertexParents& p : d.reference.parents)
-    j["parents"].push_back(p.is_midpoint() ? Json{p.a, p.b} : Json{p.a, p.b, p.c});
-  if (d.summary.mean_as_reference) {
-    j["positions"] = Json::array();
-    for (Eigen::Index i = 0; i < d.reference.V.rows(); ++i)
-      j["positions"].push_back({d.reference.V(i, 0), d.reference.V(i, 1), d.reference.V(i, 2)});
-  }
-  if (!d.appearance.empty()) j["appearance"] = appearance_json(d.appearance);
-  write_file(tree.hierarchy(), j.dump() + "\n");
-}
-
-// The decision of an earlier run, if there is one and it is for this reference, these levels and this criterion. One
-// that was made for want of usable scans is made again.
-std::optional<LevelDecision> earlier_decision(const ReferenceFace& face, const std::string& key,
-                                              const BuildPipelineOptions& options, const OutputTree& tree) {
-  if (!options.resume || !std::filesystem::exists(tree.hierarchy())) return {};
-  try {
-    const Json j = Json::parse(read_file(tree.hierarchy()));
-    if (j.at("key") != key || j.at("criterion") != criterion_name(options.criterion)) return {};
-    if (options.mean_as_reference && options.levels.size() > 1 && !j.contains("positions")) return {};
-    RefinementJournal journal{static_cast<int>(face.mesh.vertex_count()), {}};
-    for (const Json& p : j.at("parents"))
-      journal.parents.push_back({p.at(0).get<int>(), p.at(1).get<int>(), p.size() > 2 ? p.at(2).get<int>() : -1});
-    LevelDecision d;
-    d.reference = replay(journal, face.mesh, face.mirror, face.landmarks, j.at("vertices").get<std::vector<int>>());
-    add_regions(face, &d.reference);
-    const bool mean = j.contains("positions");
-    if (mean) {
-      const auto positions = j.at("positions").get<std::vector<std::vector<double>>>();
-      if (static_cast<Eigen::Index>(positions.size()) != d.reference.V.rows()) return {};
-      for (size_t i = 0; i < positions.size(); ++i) {
-        if (positions[i].size() != 3) return {};
-        d.reference.V.row(static_cast<Eigen::Index>(i)) = Eigen::RowVector3d(positions[i].data());
-      }
-    }
-    if (j.contains("appearance")) {
-      d.appearance = appearance_from(j.at("appearance"));
-      if (d.appearance.mean.rows() != AppearanceSpace(d.reference).vertex_count()) return {};
-    }
-    d.summary = {options.criterion,
-                 true,
-                 mean,
-                 false,
-                 j.at("scans").get<std::vector<std::string>>(),
-                 j.at("left_out").get<std::vector<std::string>>()};
-    return d;
-  } catch (const std::exception&) {  // damaged: it is decided again
-    return {};
-  }
 }
 
 HierarchyOptions reference_criterion(LevelCriterion criterion) {
@@ -381,7 +281,8 @@ LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFil
                             const BuildPipelineOptions& options, const OutputTree& tree, const Progress& progress) {
   check_budgets(static_cast<int>(face.mesh.vertex_count()), options.levels);  // before any scan is read
   const std::string key = decision_key(face, options);
-  if (auto earlier = earlier_decision(face, key, options, tree)) return *earlier;
+  if (options.resume)
+    if (auto earlier = earlier_decision(face, key, options, tree)) return *earlier;
   LevelDecision d;
   d.summary.criterion = options.criterion;
   const bool by_faces = options.criterion == LevelCriterion::deviation || options.mean_as_reference;
