@@ -88,6 +88,13 @@ TEST(AppearanceSpace, ColoursThatAreNotSeenTellNothing) {
   EXPECT_THAT(space.features(s), SameBytes(f));
 }
 
+TEST(AppearanceSpace, APartlySeenFaceOfAnyToneIsPlainWhereItIsPlain) {
+  const AppearanceSpace space(reference());
+  AppearanceSample s = scaled(sample_of(plain_skin), Eigen::RowVector3d(1.3, 0.8, 0.4));
+  for (size_t i = 0; i < s.seen.size(); ++i) s.seen[i] = reference().V(static_cast<Eigen::Index>(i), 0) < 20;
+  EXPECT_THAT(space.features(s), MatrixNear(AppearanceFeatures::Zero(67 * 87, 3), 1e-9));
+}
+
 TEST(AppearanceSpace, RefusesColoursOfAnotherLevel) {
   const AppearanceSpace space(reference());
   AppearanceSample s = sample_of(spots);
