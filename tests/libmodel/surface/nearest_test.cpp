@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+
 #include "libmodel/core/errors.h"
 #include "tests/support/matchers.h"
 #include "tests/support/shapes.h"
@@ -32,6 +34,37 @@ TEST(SurfaceIndex, AgreesWithBruteForce) {
     EXPECT_NEAR(found.distance, brute_force(m, q.transpose()).distance, 1e-10);
     EXPECT_NEAR(found.where.barycentric.sum(), 1, 1e-12);
     EXPECT_THAT(position(found.where, m.V, m.F), MatrixNear(Eigen::MatrixXd(found.position), 1e-12));
+  }
+}
+
+TEST(SurfaceIndex, HintsNeverChangeTheAnswer) {
+  const Mesh m = icosphere(3, 40);
+  const SurfaceIndex index(m.V, m.F);
+  Random random(8);
+  Vertices queries = random_points(random, 200, 30);
+  queries.bottomRows(100) = 1.1 * m.V.topRows(100);  // over vertices, where several triangles are equally near
+  for (const auto& q : queries.rowwise()) {
+    const Eigen::Vector3d x = q.transpose();
+    const NearestPoint plain = index.nearest(x);
+    for (int k = 0; k < 5; ++k) {
+      const NearestPoint hinted = index.nearest(x, random.index(static_cast<int>(m.F.rows())));
+      EXPECT_EQ(hinted.where.triangle, plain.where.triangle);
+      EXPECT_EQ(hinted.distance, plain.distance);
+    }
+  }
+}
+
+TEST(SurfaceIndex, RaysFromInsideASphereMeetItOnce) {
+  const Mesh m = icosphere(3, 40);
+  const SurfaceIndex index(m.V, m.F);
+  Random random(9);
+  const Vertices directions = random_points(random, 200, 1);
+  for (Eigen::Index i = 0; i < directions.rows(); ++i) {
+    const Eigen::Vector3d d = i < 100 ? directions.row(i) : m.V.row(i);  // through vertices too
+    const auto hit = index.first_hit(Eigen::Vector3d::Zero(), d);
+    ASSERT_TRUE(hit.has_value());
+    EXPECT_NEAR(hit->distance, 40, 0.4);
+    EXPECT_LT(hit->position.normalized().cross(d.normalized()).norm(), 1e-9);
   }
 }
 
