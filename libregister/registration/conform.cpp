@@ -13,15 +13,28 @@
 #include "libmodel/geometry/normals.h"
 
 namespace facewright {
-namespace {
 
 using SparseMatrix = Eigen::SparseMatrix<double>;
+
+struct ConformWorkspace::State {
+  Faces F;
+  std::vector<Edge> edge_list;  // of F
+  SparseMatrix analysed;        // the pattern known to the solver
+  Eigen::SimplicialLDLT<SparseMatrix> solver;
+};
+
+ConformWorkspace::ConformWorkspace() : state_(std::make_unique<State>()) {}
+ConformWorkspace::~ConformWorkspace() = default;
+ConformWorkspace::ConformWorkspace(ConformWorkspace&&) noexcept = default;
+ConformWorkspace& ConformWorkspace::operator=(ConformWorkspace&&) noexcept = default;
+
+namespace {
 
 // Everything that stays fixed while stiffness is raised about folds.
 struct Problem {
   const Vertices& V;
   const Faces& F;
-  std::vector<Edge> edge_list;
+  const std::vector<Edge>& edge_list;
   SparseMatrix L;        // cotangent stiffness of the rest shape
   Eigen::VectorXd data;  // diagonal: weight of each vertex's target
   Vertices rhs;          // sum of weight * (target - rest)
@@ -30,11 +43,17 @@ struct Problem {
 };
 
 Problem make_problem(const Vertices& V, const Faces& F, const Correspondence& matches,
-                     const std::vector<LandmarkTarget>& landmarks, const ConformOptions& o) {
+                     const std::vector<LandmarkTarget>& landmarks, const std::vector<Edge>& edge_list,
+                     const ConformOptions& o) {
   const Eigen::VectorXd A = vertex_areas(V, F);
-  Problem p{
-      V, F, edges(F), cotangent_stiffness(V, F), matches.weights.cwiseProduct(A), {}, SparseMatrix(V.rows(), V.rows()),
-      0};
+  Problem p{V,
+            F,
+            edge_list,
+            cotangent_stiffness(V, F, edge_list),
+            matches.weights.cwiseProduct(A),
+            {},
+            SparseMatrix(V.rows(), V.rows()),
+            0};
   const Vertices gap = matches.targets - V;
   p.rhs = p.data.asDiagonal() * gap;
   p.constant = p.data.dot(gap.rowwise().squaredNorm());
@@ -100,6 +119,22 @@ void stiffen(const Problem& p, const std::vector<int>& folds, double by, Eigen::
     if (wide[i]) (*factor)[i] *= by;
 }
 
+bool same_pattern(const SparseMatrix& a, const SparseMatrix& b) {
+  return a.cols() == b.cols() && a.nonZeros() == b.nonZeros() &&
+         std::equal(a.outerIndexPtr(), a.outerIndexPtr() + a.cols() + 1, b.outerIndexPtr()) &&
+         std::equal(a.innerIndexPtr(), a.innerIndexPtr() + a.nonZeros(), b.innerIndexPtr());
+}
+
+// Fails by throwing.
+void factorise(SparseMatrix N, ConformWorkspace::State* w) {
+  if (!same_pattern(N, w->analysed)) w->solver.analyzePattern(N);
+  w->solver.factorize(N);
+  w->analysed = std::move(N);
+  if (w->solver.info() != Eigen::Success)
+    throw SolverError("conform: the system of " + std::to_string(w->analysed.cols()) +
+                      " vertices could not be factorised");
+}
+
 void check(const Vertices& V, const Correspondence& m, const ConformOptions& o) {
   if (m.targets.rows() != V.rows() || m.weights.size() != V.rows())
     throw InvalidInput("conform: matches for " + std::to_string(m.targets.rows()) + " vertices, the mesh has " +
@@ -113,23 +148,21 @@ void check(const Vertices& V, const Correspondence& m, const ConformOptions& o) 
 
 ConformResult conform(const Vertices& V, const Faces& F, const Correspondence& matches,
                       const std::vector<LandmarkTarget>& landmarks, const ConformOptions& o,
-                      const std::vector<Stitch>& stitches) {
+                      const std::vector<Stitch>& stitches, ConformWorkspace* workspace) {
   check(V, matches, o);
-  Problem p = make_problem(V, F, matches, landmarks, o);
+  ConformWorkspace own;
+  ConformWorkspace::State& w = workspace ? workspace->state() : own.state();
+  if (w.F.rows() != F.rows() || w.F != F) w.F = F, w.edge_list = edges(F);
+  Problem p = make_problem(V, F, matches, landmarks, w.edge_list, o);
   add_stitches(stitches, o, vertex_areas(V, F).mean(), &p);
   const double l2 = o.smoothing_length * o.smoothing_length;
   const size_t folds_of_rest = folded_edges(V, F, p.edge_list).size();
   Eigen::VectorXd factor = Eigen::VectorXd::Ones(V.rows());
-  Eigen::SimplicialLDLT<SparseMatrix> solver;
   ConformResult result;
   ConformSummary& s = result.summary;
   for (int round = 0;; ++round) {
-    const SparseMatrix N = system_matrix(p, l2, factor);
-    if (round == 0) solver.analyzePattern(N);
-    solver.factorize(N);
-    if (solver.info() != Eigen::Success)
-      throw SolverError("conform: the system of " + std::to_string(V.rows()) + " vertices could not be factorised");
-    const Vertices u = solver.solve(p.rhs);
+    factorise(system_matrix(p, l2, factor), &w);
+    const Vertices u = w.solver.solve(p.rhs);
     result.V = V + u;
     // E(u) = u'Nu - 2u'r + c and Nu = r, hence E = c - u'r.
     s.energy_before = p.constant;
@@ -145,9 +178,10 @@ ConformResult conform(const Vertices& V, const Faces& F, const Correspondence& m
 
 int unfold(Vertices& V, const Faces& F, int rounds) {
   const std::vector<Edge> edge_list = edges(F);
+  std::vector<int> folds = folded_edges(V, F, edge_list);
+  if (folds.empty()) return 0;
   const Adjacency ring = vertex_neighbours(V.rows(), F);
   const std::vector<bool> boundary = boundary_vertices(V.rows(), F);
-  std::vector<int> folds = folded_edges(V, F, edge_list);
   for (int round = 0; round < rounds && !folds.empty(); ++round) {
     std::vector<int> touched;
     for (const int e : folds)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
 #include "libmodel/core/mesh.h"
@@ -40,6 +41,22 @@ struct ConformResult {
   ConformSummary summary;
 };
 
+/// What conforming one mesh again and again has in common: its edges and the order in which the system is eliminated.
+/// Results are the same with and without; one per thread.
+class ConformWorkspace {
+ public:
+  ConformWorkspace();
+  ~ConformWorkspace();
+  ConformWorkspace(ConformWorkspace&&) noexcept;
+  ConformWorkspace& operator=(ConformWorkspace&&) noexcept;
+
+  struct State;
+  State& state() { return *state_; }
+
+ private:
+  std::unique_ptr<State> state_;
+};
+
 /// Energy-minimising conformation of the rest shape (V, F) to its matches. Over displacements u,
 ///   E(u) = sum_i w_i A_i |x_i + u_i - q_i|^2 + l^2 sum_ij c_ij |u_i - u_j|^2 + g A sum_k |x_k + u_k - b_k|^2 / s_k^2
 ///          + h A sum_s |gap_s(x + u) - d_s|^2
@@ -48,7 +65,7 @@ struct ConformResult {
 /// system solved again. Throws SolverError.
 ConformResult conform(const Vertices& V, const Faces& F, const Correspondence& matches,
                       const std::vector<LandmarkTarget>& landmarks, const ConformOptions& options = {},
-                      const std::vector<Stitch>& stitches = {});
+                      const std::vector<Stitch>& stitches = {}, ConformWorkspace* workspace = nullptr);
 
 /// Smooths the surroundings of folded edges until none is left or `rounds` are spent; returns the folds that remain.
 int unfold(Vertices& V, const Faces& F, int rounds = 40);

@@ -101,9 +101,12 @@ void match_own(const Vertices& V, const Faces& F, const MatchTarget& target, con
   const Vertices& scan_normals = target.normals(mean_edge_length(V, F));
   const Adjacency ring = vertex_neighbours(V.rows(), F);
   Vertices hits(V.rows(), 3);
+  std::vector<int> triangles(static_cast<size_t>(V.rows()), -1);
   for (int i = 0; i < V.rows(); ++i) {
     const Eigen::Vector3d x = V.row(i);
-    NearestPoint hit = target.index().nearest(x);
+    const int seed = ring.degree(i) > 0 && *ring.begin(i) < i ? triangles[*ring.begin(i)] : -1;  // a neighbour's match
+    NearestPoint hit = target.index().nearest(x, seed);
+    triangles[i] = hit.where.triangle;
     if (o.to_vertices) hit = snap_to_vertex(hit, target.mesh(), x);
     double agreement = 0;
     c.status[i] = judge(hit, N.row(i), scan_normals, target, o, &agreement);
@@ -114,11 +117,15 @@ void match_own(const Vertices& V, const Faces& F, const MatchTarget& target, con
     c.weights[i] = interpolate(target.reliability(), target.mesh().F, hit.where) * agreement * std::exp(-0.5 * d * d);
   }
   // Back-check: a match that belongs to a distant part of the reference has jumped (lip to lip, through a nostril).
-  const std::vector<int> nearest = PointIndex(V).nearest(hits);
+  std::vector<int> accepted;
+  for (int i = 0; i < V.rows(); ++i)
+    if (c.status[i] == MatchStatus::accepted) accepted.push_back(i);
+  if (accepted.empty()) return;
+  const std::vector<int> nearest = PointIndex(V).nearest(Vertices(hits(accepted, Eigen::all)));
   RingTest test(ring);
-  for (int i = 0; i < V.rows(); ++i) {
-    if (c.status[i] != MatchStatus::accepted) continue;
-    if (!test.within(i, nearest[i], static_cast<int>(o.mutual_rings))) {
+  for (size_t k = 0; k < accepted.size(); ++k) {
+    const int i = accepted[k];
+    if (!test.within(i, nearest[k], static_cast<int>(o.mutual_rings))) {
       c.status[i] = MatchStatus::not_mutual;
       c.weights[i] = 0;
       continue;

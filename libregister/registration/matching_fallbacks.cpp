@@ -40,7 +40,6 @@ SymmetryPlane symmetry_plane(const Vertices& V, const std::vector<int>& mirror) 
 }
 
 Vertices fill_harmonic(const Vertices& V, const Faces& F, const Vertices& field, const std::vector<bool>& known) {
-  const Eigen::SparseMatrix<double> L = cotangent_stiffness(V, F);
   const Components components = connected_components(V.rows(), F);
   std::vector<bool> anchored(static_cast<size_t>(components.count), false);
   for (int i = 0; i < V.rows(); ++i)
@@ -57,13 +56,19 @@ Vertices fill_harmonic(const Vertices& V, const Faces& F, const Vertices& field,
   if (unknown.empty()) return result;
   std::vector<Eigen::Triplet<double>> entries;
   Eigen::MatrixXd rhs = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(unknown.size()), 3);
-  for (int u = 0; u < static_cast<int>(unknown.size()); ++u)
-    for (Eigen::SparseMatrix<double>::InnerIterator it(L, unknown[u]); it; ++it) {
-      if (slot[it.row()] >= 0)
-        entries.emplace_back(slot[it.row()], u, it.value());
-      else
-        rhs.row(u) -= it.value() * field.row(it.row());
-    }
+  for (const Edge& e : edges(F)) {
+    const int s0 = slot[e.v0], s1 = slot[e.v1];
+    if (s0 < 0 && s1 < 0) continue;
+    const double w = cotangent_weight(V, F, e);
+    if (s0 >= 0) entries.emplace_back(s0, s0, w);
+    if (s1 >= 0) entries.emplace_back(s1, s1, w);
+    if (s0 >= 0 && s1 >= 0)
+      entries.emplace_back(std::max(s0, s1), std::min(s0, s1), -w);  // the lower half will do
+    else if (s0 >= 0)
+      rhs.row(s0) += w * field.row(e.v1);
+    else
+      rhs.row(s1) += w * field.row(e.v0);
+  }
   Eigen::SparseMatrix<double> A(rhs.rows(), rhs.rows());
   A.setFromTriplets(entries.begin(), entries.end());
   const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(A);

@@ -66,12 +66,13 @@ class Registration {
     const std::vector<Stitch> stitches = seam_stitches(reference_, level);
     Vertices rest = V;
     Correspondence matches;
+    ConformWorkspace workspace;
     for (int i = 0; i < s.iterations; ++i) {
       matches = match_locally(V, F, reference_.mirror, target_, match_options(s, i));
       ConformOptions c;
       c.smoothing_length = geometric(s.smoothing_first, s.smoothing_last, i, s.iterations);
       c.landmark_weight = s.landmark_weight;
-      V = conform(rest, F, matches, landmarks_, c, stitches).V;
+      V = conform(rest, F, matches, landmarks_, c, stitches, &workspace).V;
       if (s.move_rest) rest = V;
     }
     return matches;

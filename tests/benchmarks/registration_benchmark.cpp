@@ -5,6 +5,7 @@
 #include <map>
 #include <string>
 
+#include "libmodel/core/topology.h"
 #include "libmodel/surface/nearest.h"
 #include "libmodel/synthetic/scan_person.h"
 #include "libregister/reference/reference_face.h"
@@ -45,6 +46,38 @@ void NearestSurfacePoint(benchmark::State& state) {
   }
 }
 BENCHMARK(NearestSurfacePoint)->Arg(1)->Arg(10)->Arg(100);  // tenths of a millimetre off, per axis
+
+void SurfaceIndexBuild(benchmark::State& state) {
+  const Mesh& m = scan().mesh;
+  for (auto _ : state) benchmark::DoNotOptimize(SurfaceIndex(m.V, m.F));
+  state.counters["triangles"] = static_cast<double>(m.F.rows());
+}
+BENCHMARK(SurfaceIndexBuild)->Unit(benchmark::kMillisecond);
+
+void Edges(benchmark::State& state) {
+  const Mesh& m = scan().mesh;
+  for (auto _ : state) benchmark::DoNotOptimize(edges(m.F));
+  state.counters["triangles"] = static_cast<double>(m.F.rows());
+}
+BENCHMARK(Edges)->Unit(benchmark::kMillisecond);
+
+// One conformation of a level to the scan; 1: with what the one before has left in its workspace.
+void Conform(benchmark::State& state) {
+  const MultiresTemplate reference = default_reference();
+  const Mesh level = reference.level_mesh(static_cast<int>(state.range(0)));
+  const MatchTarget target(scan().mesh, Eigen::VectorXd::Ones(scan().mesh.V.rows()));
+  const AlignResult aligned = align_landmarks(locate(reference.landmarks, level.V, level.F), scan().landmarks);
+  const Vertices start = aligned.scan_from_reference.apply(level.V);
+  const Correspondence matches = match_locally(start, level.F, reference.mirror, target);
+  ConformOptions options;
+  options.fold_rounds = 0;
+  ConformWorkspace workspace;
+  for (auto _ : state)
+    benchmark::DoNotOptimize(
+        conform(start, level.F, matches, {}, options, {}, state.range(1) == 1 ? &workspace : nullptr));
+  state.counters["vertices"] = static_cast<double>(level.V.rows());
+}
+BENCHMARK(Conform)->ArgsProduct({{2, 3}, {0, 1}})->Unit(benchmark::kMillisecond);
 
 // Counters: milliseconds of wall time per stage.
 void RegisterScan(benchmark::State& state) {

@@ -67,6 +67,20 @@ TEST(Conform, SolutionIsTheMinimumOfTheEnergyAsWritten) {
     EXPECT_GT(energy(r.V + random_points(random, m.V.rows(), 0.01)), energy(r.V));
 }
 
+TEST(Conform, AWorkspaceThatHasSeenOtherMeshesGivesTheSameBytes) {
+  ConformWorkspace workspace;
+  for (const int n : {15, 15, 21, 15}) {
+    const Mesh m = bumpy_face(n, 19);
+    const Vertices target = warped(m.V);
+    const Vertices alone = conform(m.V, m.F, towards(target), {}).V;
+    EXPECT_THAT(conform(m.V, m.F, towards(target), {}, {}, {}, &workspace).V, SameBytes(alone));
+    // With a stitch the pattern is another.
+    const std::vector<Stitch> stitches = {{0, 100, 101, 0.5}};
+    const Vertices stitched = conform(m.V, m.F, towards(target), {}, {}, stitches).V;
+    EXPECT_THAT(conform(m.V, m.F, towards(target), {}, {}, stitches, &workspace).V, SameBytes(stitched));
+  }
+}
+
 TEST(Conform, IsEquivariantToRigidMotion) {
   const Mesh m = bumpy_face(15, 19);
   Random random(4);
