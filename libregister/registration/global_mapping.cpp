@@ -200,6 +200,17 @@ std::vector<SplineDatum> landmark_data(const Landmarks& reference, const std::ve
   return data;
 }
 
+// Root mean square of the deviations that the landmarks state, mm.
+double stated_noise(const Landmarks& landmarks, const std::vector<std::string>& names,
+                    const GlobalMapOptions& options) {
+  double sum = 0;
+  for (const auto& name : names) {
+    const double s = landmarks.at(name).stddev;
+    sum += s > 0 ? s * s : options.landmark_stddev * options.landmark_stddev;
+  }
+  return std::sqrt(sum / static_cast<double>(names.size()));
+}
+
 double root_mean_square(const Vertices& X) { return std::sqrt(X.rowwise().squaredNorm().mean()); }
 
 }  // namespace
@@ -223,7 +234,7 @@ GlobalMapResult global_mapping(const Vertices& reference, const SymmetryPlane* p
     if (static_cast<int>(names.size()) >= options.least_for_smoothness) {
       result.data = landmark_data(reference_landmarks, names, alignment, options.landmark_stddev);
       result.smoothness = estimate_smoothness(result.data, plane, options.smoothness);
-      result.landmark_noise = result.smoothness.noise * options.landmark_stddev;
+      result.landmark_noise = result.smoothness.noise * stated_noise(alignment.landmarks, names, options);
       result.V = map_with_data(result, plane, {}, reference);
       result.residual_rms =
           root_mean_square(map_with_data(result, plane, {}, positions(reference_landmarks, names)) - to);
