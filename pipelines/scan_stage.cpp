@@ -60,6 +60,7 @@ Json options_json(const BuildPipelineOptions& o) {
            {{"outlier_distance_mm", r.global.outlier_distance},
             {"outlier_factor", r.global.outlier_factor},
             {"highest_dropped", r.global.highest_dropped},
+            {"slide", r.global.slide},
             {"least_for_spline", r.global.least_for_spline},
             {"least_for_smoothness", r.global.least_for_smoothness},
             {"smoothness",

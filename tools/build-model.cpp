@@ -90,6 +90,10 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.01, 1.0));
   app.add_option("--denoise", denoise, "Noise filter")
       ->check(CLI::IsMember({"auto", "gauss", "median", "bilateral", "none"}));
+  app.add_option(
+         "--slide", options.registration.global.slide,
+         "Landmarks of jaw, brows, lids and lips are this many times less certain along their curve; 1: as certain")
+      ->check(CLI::Range(1.0, 100.0));
   app.add_option("--landmark-stddev", options.registration.landmark_stddev,
                  "Precision of landmarks that state none, mm")
       ->check(CLI::Range(0.01, 20.0));

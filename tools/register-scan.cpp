@@ -32,6 +32,10 @@ int main(int argc, char** argv) {
   app.add_option("--landmarks", landmarks, "Its landmarks (.json, .pts, .pp, .mrk.json, .fcsv, .ljson)")->required();
   app.add_option("--reference", reference_file, "A file of make-reference instead of the built-in face")
       ->check(CLI::ExistingFile);
+  app.add_option(
+         "--slide", options.global.slide,
+         "Landmarks of jaw, brows, lids and lips are this many times less certain along their curve; 1: as certain")
+      ->check(CLI::Range(1.0, 100.0));
   app.add_option("--landmark-stddev", options.landmark_stddev, "Precision of landmarks that state none, mm")
       ->check(CLI::Range(0.01, 20.0));
   app.add_option("--error-range", picture.range, "Distance at which the error picture's colours end, mm")

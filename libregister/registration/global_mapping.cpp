@@ -2,9 +2,12 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libregister/registration/global_mapping.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <sstream>
 
 #include "libmodel/core/errors.h"
@@ -186,16 +189,61 @@ std::vector<std::string> without_outliers(const Landmarks& reference, const Glob
   }
 }
 
+// First and last ibug landmarks of curves along which a point is hard to place; the ends are corners and stay.
+constexpr int kCurves[][2] = {{1, 9}, {9, 17}, {18, 22}, {23, 27}, {37, 40}, {43, 46}, {49, 52}, {52, 55}, {61, 65}};
+// The lower halves of lids and lips close their curves at the first point.
+constexpr int kLowerCurves[][4] = {{40, 41, 42, 37}, {46, 47, 48, 43}};
+constexpr int kLowerLip[] = {55, 56, 57, 58, 59, 60, 49}, kInnerLowerLip[] = {65, 66, 67, 68, 61};
+
+// Unit tangents of the reference's curves at the landmarks inside them.
+std::map<std::string, Eigen::Vector3d> curve_tangents(const Landmarks& reference) {
+  std::map<std::string, Eigen::Vector3d> tangents;
+  const auto add = [&](const std::vector<int>& curve) {
+    for (size_t i = 1; i + 1 < curve.size(); ++i) {
+      const auto before = reference.find(std::to_string(curve[i - 1]));
+      const auto after = reference.find(std::to_string(curve[i + 1]));
+      if (before == reference.end() || after == reference.end()) continue;
+      const Eigen::Vector3d d = after->second.position - before->second.position;
+      if (d.norm() > 1e-6) tangents[std::to_string(curve[i])] = d.normalized();
+    }
+  };
+  for (const auto& [first, last] : kCurves) {
+    std::vector<int> curve;
+    for (int k = first; k <= last; ++k) curve.push_back(k);
+    add(curve);
+  }
+  for (const auto& curve : kLowerCurves) add({std::begin(curve), std::end(curve)});
+  add({std::begin(kLowerLip), std::end(kLowerLip)});
+  add({std::begin(kInnerLowerLip), std::end(kInnerLowerLip)});
+  return tangents;
+}
+
+// A displacement that is known less well along the tangent: the spline slides the point there as its bending asks.
+void add_sliding(const Eigen::Vector3d& x, const Eigen::Vector3d& d, const Eigen::Vector3d& tangent, double stddev,
+                 double slide, std::vector<SplineDatum>* data) {
+  const Eigen::Vector3d a = tangent.unitOrthogonal(), b = tangent.cross(a);
+  data->push_back({x, tangent, tangent.dot(d), slide * stddev});
+  data->push_back({x, a, a.dot(d), stddev});
+  data->push_back({x, b, b.dot(d), stddev});
+}
+
 // Displacements of the reference's landmarks towards the scan's, in the reference's frame.
 std::vector<SplineDatum> landmark_data(const Landmarks& reference, const std::vector<std::string>& names,
-                                       const AlignResult& alignment, double stddev) {
+                                       const AlignResult& alignment, const GlobalMapOptions& options) {
   const Similarity reference_from_scan = alignment.scan_from_reference.inverse();
+  std::map<std::string, Eigen::Vector3d> tangents;
+  if (options.slide > 1) tangents = curve_tangents(reference);
   std::vector<SplineDatum> data;
   for (const std::string& name : names) {
     const LandmarkPoint<3>& point = alignment.landmarks.at(name);
     const Eigen::Vector3d& x = reference.at(name).position;
-    const double s = (point.stddev > 0 ? point.stddev : stddev) / std::sqrt(3.0) * reference_from_scan.s;
-    add_displacement(x, reference_from_scan * point.position - x, s, &data);
+    const Eigen::Vector3d d = reference_from_scan * point.position - x;
+    const double s =
+        (point.stddev > 0 ? point.stddev : options.landmark_stddev) / std::sqrt(3.0) * reference_from_scan.s;
+    if (const auto t = tangents.find(name); t != tangents.end())
+      add_sliding(x, d, t->second, s, options.slide, &data);
+    else
+      add_displacement(x, d, s, &data);
   }
   return data;
 }
@@ -218,6 +266,7 @@ double root_mean_square(const Vertices& X) { return std::sqrt(X.rowwise().square
 GlobalMapResult global_mapping(const Vertices& reference, const SymmetryPlane* plane,
                                const Landmarks& reference_landmarks, const Landmarks& scan_landmarks,
                                const GlobalMapOptions& options, const AlignOptions& align) {
+  if (!(options.slide >= 1)) throw InvalidInput("global mapping: slide must be 1 or more");
   GlobalMapResult result;
   result.alignment = align_landmarks(reference_landmarks, scan_landmarks, align);
   const AlignResult& alignment = result.alignment;
@@ -232,7 +281,7 @@ GlobalMapResult global_mapping(const Vertices& reference, const SymmetryPlane* p
     const auto names = without_outliers(moved, options, alignment.used, alignment.landmarks, &result);
     const Vertices from = positions(moved, names), to = positions(alignment.landmarks, names);
     if (static_cast<int>(names.size()) >= options.least_for_smoothness) {
-      result.data = landmark_data(reference_landmarks, names, alignment, options.landmark_stddev);
+      result.data = landmark_data(reference_landmarks, names, alignment, options);
       result.smoothness = estimate_smoothness(result.data, plane, options.smoothness);
       result.landmark_noise = result.smoothness.noise * stated_noise(alignment.landmarks, names, options);
       result.V = map_with_data(result, plane, {}, reference);

@@ -42,6 +42,9 @@ struct GlobalMapOptions {
   double highest_dropped = 0.2;  ///< share of landmarks that may be dropped, 0..1
   double landmark_stddev = 1.0;  ///< mm, over the three axes, where a landmark states none
   SmoothnessOptions smoothness;  ///< priors of the symmetric spline
+  /// >= 1: how much less landmarks on the curves of jaw, brows, lids and lips are trusted along their curve than across it,
+  /// ends of curves excepted. 1: they do not slide (docs/registration.md). [gunz2005]
+  double slide = 1;
   int least_for_spline = 6;      ///< below this many landmarks the map stays a similarity
   /// Below this many the thin-plate spline with lambda >= 1 serves: its smoothness cannot be told from the data.
   int least_for_smoothness = 12;

@@ -4,6 +4,9 @@
 
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
+#include <cmath>
+
 #include "libmodel/core/errors.h"
 #include "tests/libregister/registration/bumpy_face.h"
 #include "tests/support/matchers.h"
@@ -110,6 +113,46 @@ TEST(GlobalMapping, WithFiveLandmarksStaysASimilarity) {
   const GlobalMapResult r = global_mapping(t.V, nullptr, marks, five);
   EXPECT_FALSE(r.used_spline);
   EXPECT_THAT(r.V, VerticesNear(t.V, 1e-8));
+}
+
+// Landmarks 1 .. 17 on a jaw-like arc, the rest of the 68 spread over a face-sized cloud.
+Landmarks face_landmarks() {
+  Landmarks l = named(cloud(9, 68));
+  for (int i = 0; i < 17; ++i) {
+    const double t = 3.14159 * i / 16;
+    l[std::to_string(i + 1)].position = {60 * std::cos(t), -50 * std::sin(t), 0};
+  }
+  return l;
+}
+
+double residual_at(const std::string& name, const Landmarks& marks, const Landmarks& target, double slide) {
+  GlobalMapOptions o;
+  o.slide = slide;
+  const Vertices x = marks.at(name).position.transpose();
+  return (global_mapping(x, nullptr, marks, target, o).V.row(0).transpose() - target.at(name).position).norm();
+}
+
+TEST(GlobalMapping, LandmarksOfACurveYieldAlongItIfTheyMaySlide) {
+  const Landmarks marks = face_landmarks();
+  Landmarks along = marks, across = marks;  // landmark 5, inside the jaw's first half
+  const Eigen::Vector3d tangent = (marks.at("6").position - marks.at("4").position).normalized();
+  along["5"].position += 3 * tangent;
+  across["5"].position += 3 * Eigen::Vector3d::UnitZ().cross(tangent);
+  EXPECT_GT(residual_at("5", marks, along, 10), 1.2 * residual_at("5", marks, along, 1));
+  EXPECT_GT(residual_at("5", marks, along, 10), 2.5);  // it hardly follows
+  EXPECT_NEAR(residual_at("5", marks, across, 10), residual_at("5", marks, across, 1), 0.3);
+}
+
+TEST(GlobalMapping, EndsOfCurvesDoNotSlide) {
+  const Landmarks marks = face_landmarks();
+  Landmarks moved = marks;
+  moved["9"].position += Eigen::Vector3d(3, 0, 0);  // the chin ends both halves of the jaw
+  EXPECT_LT(residual_at("9", marks, moved, 10), residual_at("9", marks, moved, 1) + 0.01);  // neighbours give way
+}
+
+TEST(GlobalMapping, RefusesToSlideByLessThanOne) {
+  const Landmarks marks = face_landmarks();
+  EXPECT_THROW(residual_at("9", marks, marks, 0.5), InvalidInput);
 }
 
 }  // namespace
