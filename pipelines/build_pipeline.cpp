@@ -4,13 +4,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "libmodel/building/build_model.h"
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
+#include "libmodel/core/stage_clock.h"
 #include "libmodel/interop/export_model.h"
 #include "libmodel/interop/level_files.h"
 #include "libmodel/io/atomic_file.h"
@@ -31,20 +31,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
-
-class StageClock {
- public:
-  explicit StageClock(BuildPipelineSummary* summary) : summary_(summary) {}
-  void finish(const std::string& stage) {
-    const auto now = std::chrono::steady_clock::now();
-    summary_->seconds.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
-    last_ = now;
-  }
-
- private:
-  BuildPipelineSummary* summary_;
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 ReferenceFace load_reference(const BuildPipelineOptions& options) {
   ReferenceFace face =
@@ -192,7 +178,7 @@ void write_model_files(const MorphableModel& model, const OutputTree& tree, Buil
 
 BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const Progress& progress) {
   BuildPipelineSummary summary;
-  StageClock clock(&summary);
+  StageClock clock(&summary.seconds);
   const OutputTree tree{options.output};
   check_output(options, tree);
   const std::vector<ScanFiles> files = find_scans(options.scans);

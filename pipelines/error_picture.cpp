@@ -133,13 +133,13 @@ void paint_footer(Image& image, int top, const RegisterSummary& s, double range)
   paint_legend(image, left, top + 18 * dot, dot);
 }
 
-void check(const RegistrationResult& r, const MultiresTemplate& reference, const std::vector<NearestPoint>& on_scan,
-           const ErrorPictureOptions& o) {
+void check(const RegistrationResult& r, const MultiresTemplate& reference, const ErrorPictureOptions& o) {
   const auto N = static_cast<size_t>(reference.V.rows());
-  if (reference.levels.empty() || static_cast<size_t>(r.V.rows()) != N || r.origins.size() != N || on_scan.size() != N)
+  if (reference.levels.empty() || static_cast<size_t>(r.V.rows()) != N || r.origins.size() != N ||
+      r.nearest.size() != N)
     throw InvalidInput("error picture: the registration has " + std::to_string(r.V.rows()) +
                        " vertices, the reference " + std::to_string(N) + ", nearest points are given for " +
-                       std::to_string(on_scan.size()));
+                       std::to_string(r.nearest.size()));
   if (!(o.range > 0) || o.height < 100 || o.height > 4000 || !(o.side >= 0 && o.side <= 90))
     throw InvalidInput("error picture: range > 0 mm, height 100..4000 pixels and side 0..90 degrees are required");
 }
@@ -162,13 +162,13 @@ Eigen::VectorXd signed_distances(const Vertices& points, const Mesh& surface,
 }
 
 Image error_picture(const RegistrationResult& result, const MultiresTemplate& reference,
-                    const std::vector<NearestPoint>& on_scan, const ErrorPictureOptions& options) {
-  check(result, reference, on_scan, options);
+                    const ErrorPictureOptions& options) {
+  check(result, reference, options);
   const Similarity head_from_scan = fit_similarity(result.V, reference.V);
   Painted p{{}, {}, result.origins};
   p.mesh.V = head_from_scan.apply(result.V);
   p.mesh.F = reference.levels.back().F;
-  p.mesh.colours = diverging_colours(signed_distances(result.V, result.denoised, on_scan), options.range);
+  p.mesh.colours = diverging_colours(signed_distances(result.V, result.denoised, result.nearest), options.range);
   p.normals = vertex_normals(p.mesh.V, p.mesh.F);
   const int height = options.height, width = static_cast<int>(kViewAspect * height);
   const double side = options.side * std::numbers::pi / 180;

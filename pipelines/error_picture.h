@@ -24,10 +24,9 @@ struct ErrorPictureOptions {
 
 /// How far a registered face lies from its denoised scan: half profile, front, half profile, in the reference's pose.
 /// Blue lies inside the scan, red outside; grey hatched is what found no match of its own: strokes one way mirrored,
-/// the other way interpolated, both ways free. Below, the colour bar and the figures. `on_scan` (N) are the vertices'
-/// nearest places on result.denoised. Throws InvalidInput for sizes that do not fit. The bytes do not depend on
-/// anything else.
+/// the other way interpolated, both ways free. Below, the colour bar and the figures. Throws InvalidInput for sizes
+/// that do not fit. The bytes do not depend on anything else.
 Image error_picture(const RegistrationResult& result, const MultiresTemplate& reference,
-                    const std::vector<NearestPoint>& on_scan, const ErrorPictureOptions& options = {});
+                    const ErrorPictureOptions& options = {});
 
 }  // namespace facewright

@@ -27,9 +27,8 @@ using Json = nlohmann::ordered_json;
 constexpr size_t kFaces = 6;       // more change the deviation left by less than 3 % (docs/subdivision.md)
 constexpr size_t kLeastFaces = 3;  // fewer say more about themselves than about faces
 constexpr int kEnoughVertices = 60000;
-constexpr int kRounds = 1;               // a second sharpens the appearance no further (docs/registration.md)
-constexpr double kColourDistance = 1.5;  // mm: a face farther from its scan has no colour there
-constexpr double kLeastSeen = 0.5;       // share of the vertices, by all scans; our choice
+constexpr int kRounds = 1;          // a second sharpens the appearance no further (docs/registration.md)
+constexpr double kLeastSeen = 0.5;  // share of the vertices, by all scans; our choice
 
 // Base mesh, its second step, and a uniform mesh about as fine as the finest level.
 MultiresTemplate uniform_template(const ReferenceFace& face, const std::vector<int>& levels) {
@@ -193,8 +192,7 @@ FaceAppearance common_appearance(const FacesInCommon& common, const std::vector<
     const auto s = static_cast<size_t>(i);
     if (!scans[s].has_colours()) return;
     const MatchTarget target(scans[s], Eigen::VectorXd::Ones(scans[s].V.rows()));
-    const AppearanceSample sample =
-        sample_appearance(common.faces[s].topRows(space.vertex_count()), target, kColourDistance);
+    const AppearanceSample sample = sample_appearance(common.faces[s].topRows(space.vertex_count()), target);
     features[s] = space.features(sample);
     seen[s] = sample.seen;
   });
@@ -215,25 +213,28 @@ void take_mean(const FacesInCommon& common, const CoarseFaces& coarse, const Bui
   d->appearance = common_appearance(common, coarse.scans, d->reference, options.jobs);
 }
 
-// The same scans, registered to what they had in common so far.
-FacesInCommon register_again(const CoarseFaces& coarse, const LevelDecision& d, const BuildPipelineOptions& options) {
+// The same scans, registered to what they had in common so far. One that fails now keeps its face.
+void register_again(const CoarseFaces& coarse, const LevelDecision& d, const BuildPipelineOptions& options,
+                    FacesInCommon* common) {
   const AppearanceGuide guide(d.reference, d.appearance);
   RegisterOptions registration = coarse_registration(options.registration);
   registration.denoise.method = DenoiseMethod::none;  // they are the denoised meshes
-  FacesInCommon common;
-  common.faces.resize(coarse.scans.size());
-  common.seen_by_all.assign(static_cast<size_t>(d.reference.V.rows()), true);
   std::vector<std::vector<MatchOrigin>> origins(coarse.scans.size());
   parallel_for(static_cast<int>(coarse.scans.size()), options.jobs, [&](int i) {
     const auto s = static_cast<size_t>(i);
-    RegistrationResult r = register_scan(coarse.scans[s], coarse.landmarks[s], d.reference, registration, &guide);
-    common.faces[s] = std::move(r.V);
-    origins[s] = std::move(r.origins);
+    try {
+      RegistrationResult r = register_scan(coarse.scans[s], coarse.landmarks[s], d.reference, registration, &guide);
+      if (r.summary.acceptable) common->faces[s] = std::move(r.V), origins[s] = std::move(r.origins);
+    } catch (const std::bad_alloc&) {
+      throw;
+    } catch (const std::exception&) {
+    }
   });
+  if (std::none_of(origins.begin(), origins.end(), [](const auto& o) { return o.empty(); }))
+    common->seen_by_all.assign(common->seen_by_all.size(), true);
   for (const auto& o : origins)
     for (size_t i = 0; i < o.size(); ++i)
-      if (o[i] != MatchOrigin::matched) common.seen_by_all[i] = false;
-  return common;
+      if (o[i] != MatchOrigin::matched) common->seen_by_all[i] = false;
 }
 
 // Decides by some of the scans. Too few that can be registered: by the reference itself, whose shape then stands too.
@@ -258,7 +259,7 @@ void decide_by_faces(const ReferenceFace& face, const std::vector<ScanFiles>& fi
   FacesInCommon common = carry_over(table, coarse, d->reference);
   take_mean(common, coarse, options, d);
   for (int round = 0; round < kRounds && s.mean_as_reference; ++round) {
-    common = register_again(coarse, *d, options);
+    register_again(coarse, *d, options, &common);
     take_mean(common, coarse, options, d);
   }
 }

@@ -23,7 +23,7 @@ ReferenceFace load_reference_file(const std::filesystem::path& file) {
     throw IoError(
         file.string(),
         "is no reference file (its first line is not \"# Facewright reference face\"); make one of a mesh with "
-        "make-reference, or give the landmarks of a mesh with --reference-landmarks");
+        "make-reference, or give build-model the landmarks of a mesh with --reference-landmarks");
   ReferenceFace face = parse_reference(text, file.string());
   validate(face.mesh);
   return face;

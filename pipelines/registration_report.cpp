@@ -93,7 +93,11 @@ std::string describe_registration(const Scan& scan, const RegisterSummary& s) {
         {"swapped_left_right", s.swapped_left_right},
         {"residual_mean_mm", s.landmark_mean},
         {"residual_max_mm", s.landmark_max}}},
-      {"global_mapping", {{"scale", s.scale}, {"landmark_noise_mm", s.landmark_noise}, {"guided", s.guided}, {"leave_one_out_rms_mm", s.leave_one_out_rms}}},
+      {"global_mapping",
+       {{"scale", s.scale},
+        {"landmark_noise_mm", s.landmark_noise},
+        {"guided", s.guided},
+        {"leave_one_out_rms_mm", s.leave_one_out_rms}}},
       {"origins",
        {{"matched", s.matched}, {"mirrored", s.mirrored}, {"interpolated", s.interpolated}, {"free", s.free}}},
       {"match_failures", failures_json(s)},
@@ -117,18 +121,13 @@ std::string summarise_registration(const RegisterSummary& s) {
   return lines;
 }
 
-std::vector<NearestPoint> nearest_on_scan(const RegistrationResult& r, int threads) {
-  return SurfaceIndex(r.denoised.V, r.denoised.F).nearest(r.V, threads);
-}
-
-Mesh coloured_registration(const Scan& scan, const RegistrationResult& r, const Faces& F,
-                           const std::vector<NearestPoint>& on_scan) {
+Mesh coloured_registration(const Scan& scan, const RegistrationResult& r, const Faces& F) {
   Mesh mesh;
   mesh.V = r.V;
   mesh.F = F;
   Mesh source = scan.mesh;
   source.V = r.denoised.V;
-  mesh.colours = sample_colours(source, scan.texture, on_scan, vertex_edge_lengths(r.V, F));
+  mesh.colours = sample_colours(source, scan.texture, r.nearest, vertex_edge_lengths(r.V, F));
   return mesh;
 }
 

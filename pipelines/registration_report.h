@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "libmodel/surface/nearest.h"
 #include "libregister/intake/scan.h"
 #include "libregister/registration/register_scan.h"
 
@@ -17,13 +16,8 @@ std::string describe_registration(const Scan& scan, const RegisterSummary& summa
 /// The same for people: a few lines on what was mended, used, rejected and found, and how long it took.
 std::string summarise_registration(const RegisterSummary& summary);
 
-/// The nearest places on the denoised scan to the registered vertices (N).
-std::vector<NearestPoint> nearest_on_scan(const RegistrationResult& result, int threads = 1);
-
-/// The registered mesh on the finest level with the scan's colours, if it has any. `on_scan` is what nearest_on_scan
-/// tells.
-Mesh coloured_registration(const Scan& scan, const RegistrationResult& result, const Faces& F,
-                           const std::vector<NearestPoint>& on_scan);
+/// The registered mesh on the finest level with the scan's colours, if it has any.
+Mesh coloured_registration(const Scan& scan, const RegistrationResult& result, const Faces& F);
 
 /// One letter per vertex: m matched, r mirrored, i interpolated, f free.
 std::string origin_letters(const std::vector<MatchOrigin>& origins);

@@ -2,7 +2,6 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "pipelines/scan_stage.h"
 
-#include <cctype>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
@@ -72,39 +71,9 @@ Json options_json(const BuildPipelineOptions& o) {
           {"match_vertices", r.match_vertices}};
 }
 
-// Names after `keyword` at the start of a line, the last word of it: "mtllib a.mtl", "map_Kd -s 1 1 1 a.png".
-std::vector<std::string> named_after(const std::string& text, const std::string& keyword) {
-  std::vector<std::string> names;
-  for (size_t at = text.find(keyword); at != std::string::npos; at = text.find(keyword, at + 1)) {
-    if (at > 0 && text[at - 1] != '\n') continue;
-    std::string line = text.substr(at, text.find('\n', at) - at);
-    while (!line.empty() && std::isspace(static_cast<unsigned char>(line.back()))) line.pop_back();
-    const size_t space = line.find_last_of(" \t");
-    if (space != std::string::npos) names.push_back(line.substr(space + 1));
-  }
-  return names;
-}
-
-// Materials and images that an OBJ file names: colour steers the registration, so they belong to a scan's key.
-std::string companions(const fs::path& mesh, const std::string& bytes) {
-  std::string material;
-  if (mesh.extension() != ".obj" && mesh.extension() != ".OBJ") return material;
-  const auto add = [&](const std::string& name) {
-    const fs::path file = mesh.parent_path() / fs::path(name).filename();
-    std::error_code error;
-    if (!fs::is_regular_file(file, error)) return std::string();
-    const std::string content = read_file(file);
-    material += sha256(content);
-    return content;
-  };
-  for (const std::string& library : named_after(bytes, "mtllib"))
-    for (const std::string& image : named_after(add(library), "map_")) add(image);
-  return material;
-}
-
 std::string scan_key(const ScanFiles& files, const std::string& reference_key, const BuildPipelineOptions& options) {
-  const std::string mesh = read_file(files.mesh);
-  std::string material = reference_key + options_json(options).dump() + sha256(mesh) + companions(files.mesh, mesh);
+  std::string material = reference_key + options_json(options).dump() + sha256(read_file(files.mesh));
+  if (const auto texture = texture_file(files.mesh)) material += sha256(read_file(*texture));  // it guides
   if (files.landmarks) material += sha256(read_file(*files.landmarks));
   return sha256(material);
 }
@@ -120,9 +89,8 @@ bool is_done(const std::string& id, const std::string& key, const OutputTree& tr
 
 void write_outputs(const Scan& scan, const RegistrationResult& r, const MultiresTemplate& reference,
                    const std::string& key, double started, const OutputTree& tree) {
-  const std::vector<NearestPoint> on_scan = nearest_on_scan(r);
-  write_ply(tree.registered(scan.id), coloured_registration(scan, r, reference.levels.back().F, on_scan));
-  write_png(tree.error_picture(scan.id), error_picture(r, reference, on_scan));
+  write_ply(tree.registered(scan.id), coloured_registration(scan, r, reference.levels.back().F));
+  write_png(tree.error_picture(scan.id), error_picture(r, reference));
   write_file(tree.scan_origins(scan.id), origin_letters(r.origins));
   Json report = Json::parse(describe_registration(scan, r.summary));
   const auto now = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();

@@ -46,12 +46,11 @@ int main(int argc, char** argv) {
     const MultiresTemplate reference =
         reference_file.empty() ? default_reference() : build_template(load_reference_file(reference_file));
     const RegistrationResult result = register_scan(scan.mesh, scan.landmarks, reference, options);
-    const std::vector<NearestPoint> on_scan = nearest_on_scan(result, common.jobs);
     const auto file = [&](const std::string& suffix) { return common.output / (scan.id + suffix); };
-    write_ply(file(".ply"), coloured_registration(scan, result, reference.levels.back().F, on_scan));
+    write_ply(file(".ply"), coloured_registration(scan, result, reference.levels.back().F));
     write_file(file(".origins"), origin_letters(result.origins));
     write_file(file(".json"), describe_registration(scan, result.summary) + "\n");
-    write_png(file(".error.png"), error_picture(result, reference, on_scan, picture));
+    write_png(file(".error.png"), error_picture(result, reference, picture));
     for (const RegistrationStage& stage : result.stages) write_ply(file("_" + stage.name + ".ply"), stage.mesh);
     report(common, summarise_registration(result.summary));
     report(common, "register-scan: wrote " + file(".ply").string() + " and " + file(".error.png").string());

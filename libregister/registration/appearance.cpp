@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/core/median.h"
 #include "libmodel/geometry/laplacian.h"
 #include "libmodel/geometry/normals.h"
 
@@ -18,13 +19,6 @@ constexpr double kMeanLength = 15;  // mm: wider than brows and lips, narrower t
 constexpr double kDarkest = 0.005;  // linear: below it a camera sees noise
 constexpr double kBrightest = 1.5;  // relative to the skin: highlights say nothing
 constexpr double kStrongest = 1.5;  // natural logarithms, either way
-
-double median(std::vector<double> x) {
-  if (x.empty()) return 0;
-  const auto mid = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), mid, x.end());
-  return *mid;
-}
 
 // Luminance, log(R/B), log(R/G) of one colour.
 Eigen::RowVector3d raw_feature(const Eigen::RowVector3d& c) {
@@ -67,8 +61,8 @@ AppearanceFeatures AppearanceSpace::features(const AppearanceSample& sample) con
     if (i < mean_count_)
       for (int c = 0; c < kAppearanceFeatures; ++c) channel[c].push_back(f(i, c));
   }
-  const double skin = std::max(median(channel[0]), kDarkest);
-  const double tone[2] = {median(channel[1]), median(channel[2])};
+  const double skin = std::max(median_of(channel[0]), kDarkest);
+  const double tone[2] = {median_of(channel[1]), median_of(channel[2])};
   for (int i = 0; i < vertex_count_; ++i) {
     if (!sample.seen[static_cast<size_t>(i)]) continue;  // stays at the skin's own values
     f(i, 0) = std::min(f(i, 0) / skin, kBrightest) - 1;
@@ -92,7 +86,7 @@ FaceAppearance learn_appearance(const std::vector<AppearanceFeatures>& features,
       for (size_t s = 0; s < features.size(); ++s)
         if (seen[s][static_cast<size_t>(i)]) x.push_back(features[s](i, c));
       if (x.size() < 3) continue;
-      a.mean(i, c) = median(x);
+      a.mean(i, c) = median_of(x);
       double sum = 0;
       for (const double v : x) sum += (v - a.mean(i, c)) * (v - a.mean(i, c));
       a.deviation(i, c) = std::sqrt(sum / static_cast<double>(x.size()));

@@ -14,7 +14,7 @@
 namespace facewright {
 namespace {
 
-constexpr double kFarthest = 1.5;  // mm from the scan: farther vertices have no colour yet
+constexpr double kFarthest = 1.5;  // mm: a vertex farther from its scan has no colour there
 
 using Gradients = std::vector<Eigen::Matrix3d>;  // per vertex: row c is the gradient of feature c, tangential
 
@@ -53,7 +53,7 @@ Eigen::Vector3d feature_weights(const FaceAppearance& a, int i, double area, con
 
 double gaussian(double distance, double width) { return std::exp(-0.5 * distance * distance / (width * width)); }
 
-// Vertices within `radius` of each of `centres`, by a grid of cells.
+// Vertices within `radius` of each of `centres`, ascending.
 std::vector<std::vector<int>> within(const Vertices& V, const std::vector<int>& centres, double radius) {
   std::vector<int> order(static_cast<size_t>(V.rows()));
   std::iota(order.begin(), order.end(), 0);
@@ -99,8 +99,8 @@ std::vector<int> choose_controls(const Vertices& V, const Gradients& gradients, 
 
 }  // namespace
 
-AppearanceSample sample_appearance(const Vertices& V, const MatchTarget& target, double farthest,
-                                   const std::vector<bool>& needed, Vertices* nearest) {
+AppearanceSample sample_appearance(const Vertices& V, const MatchTarget& target, const std::vector<bool>& needed,
+                                   Vertices* nearest) {
   const Mesh& scan = target.mesh();
   if (!scan.has_colours()) throw InvalidInput("appearance: the scan has no colours");
   AppearanceSample s{Colours::Zero(V.rows(), 3), std::vector<bool>(static_cast<size_t>(V.rows()), false)};
@@ -108,7 +108,7 @@ AppearanceSample sample_appearance(const Vertices& V, const MatchTarget& target,
   for (Eigen::Index i = 0; i < V.rows(); ++i) {
     if (!needed.empty() && !needed[static_cast<size_t>(i)]) continue;
     const NearestPoint hit = target.index().nearest(V.row(i).transpose().eval());
-    if (hit.distance > farthest) continue;
+    if (hit.distance > kFarthest) continue;
     bool whole = true;
     for (int k = 0; k < 3; ++k) {
       const int v = scan.F(hit.where.triangle, k);
@@ -151,51 +151,69 @@ AppearanceGuide::AppearanceGuide(const MultiresTemplate& reference, const FaceAp
   }
 }
 
+namespace {
+
+// What a window tells of its control point: the sum of what its vertices tell.
+struct WindowFit {
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();  // information, 1/mm^2
+  Eigen::Vector3d b = Eigen::Vector3d::Zero();  // A times the step
+};
+
+void add_vertex(const Eigen::Matrix3d& gradient, const Eigen::Vector3d& residual, const Eigen::Vector3d& deviation,
+                double floor, Eigen::Vector3d weights, WindowFit* fit) {
+  for (int c = 0; c < kAppearanceFeatures; ++c) {
+    const double variance = deviation[c] * deviation[c] + floor * floor;
+    const double t = 1 + residual[c] * residual[c] / (4 * variance);  // [geman1987]
+    weights[c] /= t * t;
+  }
+  fit->A += information(gradient, weights);
+  fit->b += gradient.transpose() * weights.asDiagonal() * residual;
+}
+
+// Along the principal directions in the tangent plane that are known well enough; and along the normal, where the
+// surface itself says as much: about as far from the spline as faces bulge between landmarks.
+void add_observations(const WindowFit& fit, int vertex, const Eigen::Vector3d& x, const Eigen::Vector3d& n,
+                      const Eigen::Vector3d& on_scan, const AppearanceGuideOptions& o,
+                      std::vector<GuideObservation>* observations) {
+  Eigen::Matrix<double, 3, 2> T;
+  T.col(0) = n.unitOrthogonal();
+  T.col(1) = n.cross(T.col(0));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(T.transpose() * fit.A * T);
+  bool any = false;
+  for (int e = 0; e < 2; ++e) {
+    const double lambda = eigen.eigenvalues()[e];
+    if (!(lambda * o.highest_deviation * o.highest_deviation > 1)) continue;
+    const Eigen::Vector3d u = T * eigen.eigenvectors().col(e);
+    const double step = std::clamp(u.dot(fit.b) / lambda, -o.farthest_step, o.farthest_step);
+    observations->push_back(
+        {vertex, u, u.dot(x) + step, std::sqrt(1 / lambda + o.least_deviation * o.least_deviation)});
+    any = true;
+  }
+  if (any) observations->push_back({vertex, n, n.dot(on_scan), o.highest_deviation});
+}
+
+}  // namespace
+
 std::vector<GuideObservation> AppearanceGuide::observe(const Vertices& V, const MatchTarget& target) const {
   std::vector<GuideObservation> observations;
   if (empty()) return observations;
   if (V.rows() != vertex_count()) throw InvalidInput("appearance: the guide's level has other vertices");
   Vertices nearest;
-  const AppearanceSample sample = sample_appearance(V, target, kFarthest, needed_, &nearest);
+  const AppearanceSample sample = sample_appearance(V, target, needed_, &nearest);
   const AppearanceFeatures f = space_->features(sample);
   const Gradients gradients = surface_gradients(V, F_, appearance_.mean);
   const Eigen::VectorXd areas = vertex_areas(V, F_);
   const Vertices normals = vertex_normals(V, F_);
   for (size_t k = 0; k < controls_.size(); ++k) {
     const int v = controls_[k];
-    if (!sample.seen[static_cast<size_t>(v)]) continue;
-    Eigen::Matrix3d A = Eigen::Matrix3d::Zero();
-    Eigen::Vector3d b = Eigen::Vector3d::Zero();
-    for (const auto& [j, share] : parts_[k]) {
-      if (!sample.seen[static_cast<size_t>(j)]) continue;
-      const Eigen::Vector3d r = (appearance_.mean.row(j) - f.row(j)).transpose();
-      Eigen::Vector3d w = share * feature_weights(appearance_, j, areas[j], options_);
-      for (int c = 0; c < kAppearanceFeatures; ++c) {
-        const double variance = std::pow(appearance_.deviation(j, c), 2) + std::pow(options_.feature_floor, 2);
-        const double t = 1 + r[c] * r[c] / (4 * variance);  // [geman1987]
-        w[c] /= t * t;
-      }
-      A += information(gradients[static_cast<size_t>(j)], w);
-      b += gradients[static_cast<size_t>(j)].transpose() * w.asDiagonal() * r;
-    }
-    const Eigen::Vector3d n = normals.row(v);
-    if (n.squaredNorm() == 0) continue;
-    Eigen::Matrix<double, 3, 2> T;
-    T.col(0) = n.unitOrthogonal();
-    T.col(1) = n.cross(T.col(0));
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(T.transpose() * A * T);
-    bool any = false;
-    for (int e = 0; e < 2; ++e) {
-      const double lambda = eigen.eigenvalues()[e];
-      if (!(lambda * options_.highest_deviation * options_.highest_deviation > 1)) continue;
-      const Eigen::Vector3d u = T * eigen.eigenvectors().col(e);
-      const double step = std::clamp(u.dot(b) / lambda, -options_.farthest_step, options_.farthest_step);
-      const double least = options_.least_deviation;
-      observations.push_back({v, u, u.dot(V.row(v).transpose()) + step, std::sqrt(1 / lambda + least * least)});
-      any = true;
-    }
-    // The surface itself: about as far from the spline as faces bulge between landmarks.
-    if (any) observations.push_back({v, n, n.dot(nearest.row(v).transpose()), options_.highest_deviation});
+    if (!sample.seen[static_cast<size_t>(v)] || normals.row(v).squaredNorm() == 0) continue;
+    WindowFit fit;
+    for (const auto& [j, share] : parts_[k])
+      if (sample.seen[static_cast<size_t>(j)])
+        add_vertex(gradients[static_cast<size_t>(j)], (appearance_.mean.row(j) - f.row(j)).transpose(),
+                   appearance_.deviation.row(j).transpose(), options_.feature_floor,
+                   share * feature_weights(appearance_, j, areas[j], options_), &fit);
+    add_observations(fit, v, V.row(v), normals.row(v), nearest.row(v), options_, &observations);
   }
   return observations;
 }

@@ -55,9 +55,9 @@ class AppearanceGuide {
   std::vector<bool> needed_;                                // vertices whose colours are looked up
 };
 
-/// Colours of a scan at the places nearest to V; not seen where the scan is farther than `farthest` mm, at its border,
-/// or `needed` is false (empty: all are needed). `nearest` (N x 3), if given, receives the places.
-AppearanceSample sample_appearance(const Vertices& V, const MatchTarget& target, double farthest,
-                                   const std::vector<bool>& needed = {}, Vertices* nearest = nullptr);
+/// Colours of a scan at the places nearest to V; not seen where the scan is farther than 1.5 mm, at its border, or
+/// `needed` is false (empty: all are needed). `nearest` (N x 3), if given, receives the places.
+AppearanceSample sample_appearance(const Vertices& V, const MatchTarget& target, const std::vector<bool>& needed = {},
+                                   Vertices* nearest = nullptr);
 
 }  // namespace facewright

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/core/median.h"
 #include "libmodel/geometry/normals.h"
 #include "libregister/registration/denoise_filters.h"
 #include "libregister/registration/denoise_graph.h"
@@ -18,12 +19,6 @@ namespace facewright {
 namespace {
 
 constexpr double kStretched = 3, kCurtain = 5;  // mean edge lengths
-
-double median(std::vector<double>& x) {
-  const auto mid = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), mid, x.end());
-  return *mid;
-}
 
 // Mean normal of the points around, the vertex itself left out (a spike tilts its own normal).
 Eigen::Vector3d mean_normal(const Vertices& N, const std::vector<int>& points) {
@@ -51,7 +46,7 @@ double noise_of(const Vertices& V, const Vertices& N, const ScanGraph& graph, do
     // The quadric's own variance is about (sum of weights)^-1 of the noise; `variance` is that factor.
     if (q.valid) r.push_back(std::abs(q.height) / std::sqrt(1 + q.variance));
   }
-  return r.size() < 50 ? 0 : 1.4826 * median(r);
+  return r.size() < 50 ? 0 : 1.4826 * median_of(r);
 }
 
 // Vertices within some edges of the border.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "libmodel/core/median.h"
 #include "libregister/registration/denoise_quadric.h"
 
 namespace facewright {
@@ -16,12 +17,6 @@ constexpr size_t kEnoughSkin = 12;
 constexpr int kWidestSkin = 5;
 // Skin at the border of a scan has few neighbours, and where it hides behind an ear they are all far below it.
 constexpr double kBorderFactor = 3;
-
-double median(std::vector<double>& x) {
-  const auto mid = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), mid, x.end());
-  return *mid;
-}
 
 // Groups of vertices joined by edges along which the surface does not jump.
 struct Groups {
@@ -97,7 +92,7 @@ void put_back(Vertices& V, const Vertices& N, const ScanGraph& graph, const std:
       quadric.add(V.row(j), 1);
       heights.push_back(N.row(i).dot(V.row(j) - V.row(i)));
     }
-    const double middle = median(heights);
+    const double middle = median_of(heights);
     const LocalQuadric::Value fit = quadric.at_origin();
     const bool trusted = fit.valid && fit.variance < 1 && std::abs(fit.height - middle) < 2 * mean_edge;
     V.row(i) += (trusted ? fit.height : middle) * N.row(i);
@@ -141,9 +136,9 @@ std::vector<char> find_spikes(const Vertices& V, const Vertices& N, const ScanGr
       if (graph.ring.degree(i) < 2) continue;
       heights_around(i, rings_beyond(members.size()), V, N, groups, gatherer, &heights);
       if (heights.size() < 4) continue;
-      const double height = median(heights);
+      const double height = median_of(heights);
       for (double& h : heights) h = std::abs(h - height);
-      const double roughness = 1.4826 * median(heights);
+      const double roughness = 1.4826 * median_of(heights);
       const double bound = std::max(jump, options.spike_roughness * roughness);
       if (std::abs(height) > (graph.border[static_cast<size_t>(i)] ? kBorderFactor : 1) * bound)
         spike[static_cast<size_t>(i)] = 1;

@@ -2,16 +2,16 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libregister/registration/global_mapping.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <sstream>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/core/median.h"
 #include "libmodel/core/random.h"
+#include "libregister/registration/semilandmarks.h"
 #include "libregister/registration/thin_plate_spline.h"
 
 namespace facewright {
@@ -23,14 +23,10 @@ Vertices positions(const Landmarks& landmarks, const std::vector<std::string>& n
   return X;
 }
 
-double median(std::vector<double> x) {
-  if (x.empty()) return 0;
-  const auto mid = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), mid, x.end());
-  return *mid;
+double median(const Eigen::VectorXd& x) {
+  std::vector<double> values(x.data(), x.data() + x.size());
+  return median_of(values);
 }
-
-std::vector<double> to_vector(const Eigen::VectorXd& x) { return {x.data(), x.data() + x.size()}; }
 
 // Residuals of B about S(A), in millimetres of the reference.
 Eigen::VectorXd residuals(const Similarity& S, const Vertices& A, const Vertices& B) {
@@ -77,7 +73,7 @@ RobustFit best_triple(const Vertices& A, const Vertices& B, double inlier) {
 Similarity tukey_refine(Similarity S, const Vertices& A, const Vertices& B) {
   for (int iteration = 0; iteration < 20; ++iteration) {
     const Eigen::VectorXd r = residuals(S, A, B);
-    const double c = 4.685 * std::max(1.4826 * median(to_vector(r)), 1.0);  // 95 % efficiency under normal errors
+    const double c = 4.685 * std::max(1.4826 * median(r), 1.0);  // 95 % efficiency under normal errors
     const Eigen::VectorXd w = (r.array() < c).select((1 - (r.array() / c).square()).square(), 0.0);
     if ((w.array() > 0).count() < 3) break;
     S = fit_similarity(A, B, w);
@@ -130,7 +126,7 @@ AlignResult align_landmarks(const Landmarks& reference, const Landmarks& scan, c
   check_scale(fit.S.s, options);
   result.scan_from_reference = fit.S;
   const Eigen::VectorXd r = residuals(fit.S, A, positions(result.landmarks, names));
-  const double bound = std::max(options.inlier_distance, 3.5 * 1.4826 * median(to_vector(r)));
+  const double bound = std::max(options.inlier_distance, 3.5 * 1.4826 * median(r));
   double sum = 0;
   for (size_t i = 0; i < names.size(); ++i) {
     const double ri = r[static_cast<Eigen::Index>(i)];
@@ -181,7 +177,7 @@ std::vector<std::string> without_outliers(const Landmarks& reference, const Glob
     const Eigen::VectorXd e = spline.leave_one_out().rowwise().norm();
     Eigen::Index worst;
     const double highest = e.maxCoeff(&worst);
-    const double bound = std::max(options.outlier_distance, options.outlier_factor * 1.4826 * median(to_vector(e)));
+    const double bound = std::max(options.outlier_distance, options.outlier_factor * 1.4826 * median(e));
     result->leave_one_out_rms = std::sqrt(e.squaredNorm() / static_cast<double>(e.size()));
     if (highest <= bound || result->dropped.size() >= limit) return names;
     result->dropped.push_back(names[static_cast<size_t>(worst)]);
@@ -189,50 +185,12 @@ std::vector<std::string> without_outliers(const Landmarks& reference, const Glob
   }
 }
 
-// First and last ibug landmarks of curves along which a point is hard to place; the ends are corners and stay.
-constexpr int kCurves[][2] = {{1, 9}, {9, 17}, {18, 22}, {23, 27}, {37, 40}, {43, 46}, {49, 52}, {52, 55}, {61, 65}};
-// The lower halves of lids and lips close their curves at the first point.
-constexpr int kLowerCurves[][4] = {{40, 41, 42, 37}, {46, 47, 48, 43}};
-constexpr int kLowerLip[] = {55, 56, 57, 58, 59, 60, 49}, kInnerLowerLip[] = {65, 66, 67, 68, 61};
-
-// Unit tangents of the reference's curves at the landmarks inside them.
-std::map<std::string, Eigen::Vector3d> curve_tangents(const Landmarks& reference) {
-  std::map<std::string, Eigen::Vector3d> tangents;
-  const auto add = [&](const std::vector<int>& curve) {
-    for (size_t i = 1; i + 1 < curve.size(); ++i) {
-      const auto before = reference.find(std::to_string(curve[i - 1]));
-      const auto after = reference.find(std::to_string(curve[i + 1]));
-      if (before == reference.end() || after == reference.end()) continue;
-      const Eigen::Vector3d d = after->second.position - before->second.position;
-      if (d.norm() > 1e-6) tangents[std::to_string(curve[i])] = d.normalized();
-    }
-  };
-  for (const auto& [first, last] : kCurves) {
-    std::vector<int> curve;
-    for (int k = first; k <= last; ++k) curve.push_back(k);
-    add(curve);
-  }
-  for (const auto& curve : kLowerCurves) add({std::begin(curve), std::end(curve)});
-  add({std::begin(kLowerLip), std::end(kLowerLip)});
-  add({std::begin(kInnerLowerLip), std::end(kInnerLowerLip)});
-  return tangents;
-}
-
-// A displacement that is known less well along the tangent: the spline slides the point there as its bending asks.
-void add_sliding(const Eigen::Vector3d& x, const Eigen::Vector3d& d, const Eigen::Vector3d& tangent, double stddev,
-                 double slide, std::vector<SplineDatum>* data) {
-  const Eigen::Vector3d a = tangent.unitOrthogonal(), b = tangent.cross(a);
-  data->push_back({x, tangent, tangent.dot(d), slide * stddev});
-  data->push_back({x, a, a.dot(d), stddev});
-  data->push_back({x, b, b.dot(d), stddev});
-}
-
 // Displacements of the reference's landmarks towards the scan's, in the reference's frame.
 std::vector<SplineDatum> landmark_data(const Landmarks& reference, const std::vector<std::string>& names,
                                        const AlignResult& alignment, const GlobalMapOptions& options) {
   const Similarity reference_from_scan = alignment.scan_from_reference.inverse();
   std::map<std::string, Eigen::Vector3d> tangents;
-  if (options.slide > 1) tangents = curve_tangents(reference);
+  if (options.slide > 1) tangents = landmark_curve_tangents(reference);
   std::vector<SplineDatum> data;
   for (const std::string& name : names) {
     const LandmarkPoint<3>& point = alignment.landmarks.at(name);
@@ -241,7 +199,7 @@ std::vector<SplineDatum> landmark_data(const Landmarks& reference, const std::ve
     const double s =
         (point.stddev > 0 ? point.stddev : options.landmark_stddev) / std::sqrt(3.0) * reference_from_scan.s;
     if (const auto t = tangents.find(name); t != tangents.end())
-      add_sliding(x, d, t->second, s, options.slide, &data);
+      add_semilandmark(x, d, t->second, s, options.slide, &data);
     else
       add_displacement(x, d, s, &data);
   }
@@ -259,8 +217,6 @@ double stated_noise(const Landmarks& landmarks, const std::vector<std::string>& 
   return std::sqrt(sum / static_cast<double>(names.size()));
 }
 
-double root_mean_square(const Vertices& X) { return std::sqrt(X.rowwise().squaredNorm().mean()); }
-
 }  // namespace
 
 GlobalMapResult global_mapping(const Vertices& reference, const SymmetryPlane* plane,
@@ -272,26 +228,21 @@ GlobalMapResult global_mapping(const Vertices& reference, const SymmetryPlane* p
   const AlignResult& alignment = result.alignment;
   const Similarity& S = alignment.scan_from_reference;
   result.V = S.apply(reference);
-  result.residual_rms = alignment.rms * S.s;
   if (static_cast<int>(alignment.used.size()) < options.least_for_spline) return result;
   // The spline works on the aligned reference, so that it only has to bend, and its affine part stays near identity.
   Landmarks moved;
   for (const auto& name : alignment.used) moved[name].position = S * reference_landmarks.at(name).position;
   try {
     const auto names = without_outliers(moved, options, alignment.used, alignment.landmarks, &result);
-    const Vertices from = positions(moved, names), to = positions(alignment.landmarks, names);
     if (static_cast<int>(names.size()) >= options.least_for_smoothness) {
       result.data = landmark_data(reference_landmarks, names, alignment, options);
       result.smoothness = estimate_smoothness(result.data, plane, options.smoothness);
       result.landmark_noise = result.smoothness.noise * stated_noise(alignment.landmarks, names, options);
       result.V = map_with_data(result, plane, {}, reference);
-      result.residual_rms =
-          root_mean_square(map_with_data(result, plane, {}, positions(reference_landmarks, names)) - to);
     } else {
-      const ThinPlateSpline spline =
-          fit_thin_plate_spline(from, to, relative_variance(alignment.landmarks, names), least_lambda(names, options));
-      result.V = spline(result.V);
-      result.residual_rms = root_mean_square(spline(from) - to);
+      result.V =
+          fit_thin_plate_spline(positions(moved, names), positions(alignment.landmarks, names),
+                                relative_variance(alignment.landmarks, names), least_lambda(names, options))(result.V);
     }
     result.used_spline = true;
   } catch (const InvalidInput&) {

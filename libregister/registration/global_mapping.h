@@ -42,10 +42,10 @@ struct GlobalMapOptions {
   double highest_dropped = 0.2;  ///< share of landmarks that may be dropped, 0..1
   double landmark_stddev = 1.0;  ///< mm, over the three axes, where a landmark states none
   SmoothnessOptions smoothness;  ///< priors of the symmetric spline
-  /// >= 1: how much less landmarks on the curves of jaw, brows, lids and lips are trusted along their curve than across it,
-  /// ends of curves excepted. 1: they do not slide (docs/registration.md). [gunz2005]
+  /// >= 1: how much less landmarks on the curves of jaw, brows, lids and lips are trusted along their curve than across
+  /// it, ends of curves excepted. 1: they do not slide (docs/registration.md). [gunz2005]
   double slide = 1;
-  int least_for_spline = 6;      ///< below this many landmarks the map stays a similarity
+  int least_for_spline = 6;  ///< below this many landmarks the map stays a similarity
   /// Below this many the thin-plate spline with lambda >= 1 serves: its smoothness cannot be told from the data.
   int least_for_smoothness = 12;
 };
@@ -55,7 +55,6 @@ struct GlobalMapResult {
   AlignResult alignment;
   std::vector<std::string> dropped;  ///< landmarks left out by the leave-one-out test
   double leave_one_out_rms = 0;      ///< mm: how well a landmark is foretold by the others
-  double residual_rms = 0;           ///< mm, at the landmarks used
   double landmark_noise = 0;         ///< mm: deviation of the landmarks, found from themselves; 0: not estimated
   bool used_spline = false;
   /// Of the symmetric spline, in the reference's frame; no data: another map was used.

@@ -3,13 +3,13 @@
 #include "libregister/registration/register_scan.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <sstream>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/core/stage_clock.h"
 #include "libmodel/core/topology.h"
 #include "libmodel/geometry/folds.h"
 
@@ -27,26 +27,12 @@ std::vector<LandmarkTarget> landmark_targets(const MultiresTemplate& reference, 
     if (std::find(map.dropped.begin(), map.dropped.end(), name) != map.dropped.end()) continue;
     const auto& mark = reference.landmarks.at(name);
     const auto& point = map.alignment.landmarks.at(name);
-    const double factor = map.landmark_noise > 0 ? map.smoothness.noise : 1;
+    const double factor = map.data.empty() ? 1 : map.smoothness.noise;  // the noise found, if it was looked for
     if (mark.vertex >= 0)
       targets.push_back({mark.vertex, point.position, factor * (point.stddev > 0 ? point.stddev : stddev)});
   }
   return targets;
 }
-
-class StageClock {
- public:
-  explicit StageClock(RegisterSummary* summary) : summary_(summary) {}
-  void finish(const std::string& stage) {
-    const auto now = std::chrono::steady_clock::now();
-    summary_->seconds.emplace_back(stage, std::chrono::duration<double>(now - last_).count());
-    last_ = now;
-  }
-
- private:
-  RegisterSummary* summary_;
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 // One scan on its way through the levels.
 class Registration {
@@ -184,12 +170,10 @@ void describe_matches(const Correspondence& m, RegistrationResult* r) {
 void measure(const MatchTarget& target, const Faces& F, const std::vector<LandmarkTarget>& landmarks,
              RegistrationResult* r) {
   RegisterSummary& s = r->summary;
-  r->distances.resize(r->V.rows());
+  r->nearest = target.index().nearest(r->V);
   std::vector<double> d;
-  for (Eigen::Index i = 0; i < r->V.rows(); ++i) {
-    r->distances[i] = target.index().nearest(r->V.row(i).transpose().eval()).distance;
-    if (r->origins[static_cast<size_t>(i)] == MatchOrigin::matched) d.push_back(r->distances[i]);
-  }
+  for (size_t i = 0; i < r->nearest.size(); ++i)
+    if (r->origins[i] == MatchOrigin::matched) d.push_back(r->nearest[i].distance);
   if (!d.empty()) {
     std::sort(d.begin(), d.end());
     for (const double x : d) s.surface_mean += x / static_cast<double>(d.size());
@@ -240,7 +224,7 @@ RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, c
                                  const RegisterOptions& options, const AppearanceGuide* guide) {
   check(scan, reference, options);
   RegistrationResult result;
-  StageClock clock(&result.summary);
+  StageClock clock(&result.summary.seconds);
   DenoiseResult clean = denoise(scan, options.denoise);
   result.summary.denoise = clean.summary;
   result.denoised = clean.mesh;
@@ -248,10 +232,10 @@ RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, c
   const Mesh base = reference.level_mesh(0);
   GlobalMapOptions global = options.global;
   global.landmark_stddev = options.landmark_stddev;
-  const std::optional<SymmetryPlane> plane = plane_of(reference);
+  const std::optional<SymmetryPlane> symmetry = plane_of(reference);
+  const SymmetryPlane* plane = symmetry ? &*symmetry : nullptr;
   const GlobalMapResult map =
-      global_mapping(reference.V, plane ? &*plane : nullptr, locate(reference.landmarks, base.V, base.F), landmarks,
-                     global, options.align);
+      global_mapping(reference.V, plane, locate(reference.landmarks, base.V, base.F), landmarks, global, options.align);
   describe_alignment(map, &result.summary);
   result.landmarks = map.alignment.landmarks;
   const std::vector<LandmarkTarget> pulls = landmark_targets(reference, map, options.landmark_stddev);
@@ -267,8 +251,7 @@ RegistrationResult register_scan(const Mesh& scan, const Landmarks& landmarks, c
   int first = 0;
   Vertices mapped = map.V;
   if (guide && !guide->empty() && !map.data.empty() && target.mesh().has_colours()) {
-    mapped = guided_map(reference, registration, *guide, map, plane ? &*plane : nullptr, target, options,
-                        &result.summary.guided);
+    mapped = guided_map(reference, registration, *guide, map, plane, target, options, &result.summary.guided);
     first = std::min(guide->level(), last);  // the coarser levels have done their part
     keep("guided", mapped.topRows(base.V.rows()), base.F);
     clock.finish("colour guide");

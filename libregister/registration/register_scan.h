@@ -11,6 +11,7 @@
 #include "libmodel/core/landmarks.h"
 #include "libmodel/core/multires_template.h"
 #include "libmodel/core/registered_set.h"
+#include "libmodel/core/stage_clock.h"
 #include "libregister/registration/appearance_guide.h"
 #include "libregister/registration/conform.h"
 #include "libregister/registration/denoise.h"
@@ -63,7 +64,7 @@ struct RegisterSummary {
   double fold_percent = 0;                                    ///< share of interior edges
   bool acceptable = true;                                     ///< false: see `concern`
   std::string concern;                                        ///< why a person should look at it
-  std::vector<std::pair<std::string, double>> seconds;        ///< wall time per stage, in their order
+  StageSeconds seconds;                                       ///< wall time per stage, in their order
 };
 
 struct RegistrationStage {
@@ -72,12 +73,12 @@ struct RegistrationStage {
 };
 
 struct RegistrationResult {
-  Vertices V;                        ///< (N x 3) finest level, the scan's frame, mm
-  std::vector<MatchOrigin> origins;  ///< (N)
-  Eigen::VectorXd distances;         ///< (N) mm to the denoised scan
-  Eigen::VectorXd visibility;        ///< (N) 0..1, weight of the last match
-  Landmarks landmarks;               ///< the scan's landmarks as used
-  Mesh denoised;                     ///< the scan after denoising
+  Vertices V;                         ///< (N x 3) finest level, the scan's frame, mm
+  std::vector<MatchOrigin> origins;   ///< (N)
+  std::vector<NearestPoint> nearest;  ///< (N) places on the denoised scan
+  Eigen::VectorXd visibility;         ///< (N) 0..1, weight of the last match
+  Landmarks landmarks;                ///< the scan's landmarks as used
+  Mesh denoised;                      ///< the scan after denoising
   RegisterSummary summary;
   std::vector<RegistrationStage> stages;
 };

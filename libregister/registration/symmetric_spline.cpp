@@ -11,6 +11,7 @@
 #include <string>
 
 #include "libmodel/core/errors.h"
+#include "libregister/registration/thin_plate_spline.h"
 
 namespace facewright {
 namespace {
@@ -91,12 +92,6 @@ double log_prior(double value, double centre, double spread) {
   return -0.5 * d * d;
 }
 
-// 1 inside 1.5 radii, 0 beyond 2.5, C1 between.
-double inside_weight(double distance, double radius) {
-  const double t = std::clamp((2.5 * radius - distance) / radius, 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
-
 }  // namespace
 
 void add_displacement(const Eigen::Vector3d& point, const Eigen::Vector3d& displacement, double stddev,
@@ -171,7 +166,7 @@ Vertices SymmetricSpline::operator()(const Vertices& X) const {
   for (Eigen::Index i = 0; i < X.rows(); ++i) {
     const Eigen::Vector3d x = X.row(i), d = x - centre_;
     Eigen::Vector3d bend = Eigen::Vector3d::Zero();
-    const double weight = inside_weight(d.norm(), radius_);
+    const double weight = bend_weight(d.norm(), radius_);
     if (weight > 0) {
       bend = pulls_ * (points_.colwise() - x).colwise().norm().transpose();
       if (mirrored_points_.cols() > 0)

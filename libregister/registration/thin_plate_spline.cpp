@@ -20,13 +20,12 @@ double mean_distance(const Vertices& X) {
   return sum / (0.5 * static_cast<double>(X.rows()) * static_cast<double>(X.rows() - 1));
 }
 
-// 1 inside 1.5 radii, 0 beyond 2.5, C1 between.
-double inside_weight(double distance, double radius) {
+}  // namespace
+
+double bend_weight(double distance, double radius) {
   const double t = std::clamp((2.5 * radius - distance) / radius, 0.0, 1.0);
   return t * t * (3 - 2 * t);
 }
-
-}  // namespace
 
 ThinPlateSpline::ThinPlateSpline(const Vertices& from, const Vertices& to, double lambda,
                                  const Eigen::VectorXd& relative_variance)
@@ -62,7 +61,7 @@ Vertices ThinPlateSpline::operator()(const Vertices& X) const {
   for (Eigen::Index i = 0; i < X.rows(); ++i) {
     const Eigen::RowVector3d x = X.row(i), d = x - centre_;
     Eigen::RowVector3d bend = Eigen::RowVector3d::Zero();
-    const double weight = inside_weight(d.norm(), radius_);
+    const double weight = bend_weight(d.norm(), radius_);
     if (weight > 0)
       for (Eigen::Index k = 0; k < centres_.rows(); ++k)
         bend -= (x - centres_.row(k)).norm() / scale_ * coefficients_.row(k);

@@ -8,6 +8,10 @@
 
 namespace facewright {
 
+/// Weight of a spline's bending part at a distance from the middle of its landmarks: 1 within 1.5 radii of these, 0
+/// beyond 2.5, once differentiable between. What is left far away is the affine part.
+double bend_weight(double distance, double radius);
+
 /// Thin-plate spline in three dimensions, kernel U(r) = -r, affine part free. [bookstein1989]
 /// It bends as little as the weighted landmarks allow; lambda = 0 interpolates, large lambda tends to the affine fit.
 class ThinPlateSpline {

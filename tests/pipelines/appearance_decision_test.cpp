@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/image_files.h"
 #include "libmodel/io/landmark_files.h"
 #include "libmodel/io/mesh_files.h"
 #include "libregister/registration/appearance_guide.h"
@@ -126,6 +127,29 @@ TEST_F(AppearanceDecision, ScansInColourAreGuided) {
     EXPECT_TRUE(outcome.registered) << outcome.reason;
     EXPECT_GT(outcome.summary.guided, 20) << outcome.id;
   }
+}
+
+TEST_F(AppearanceDecision, AChangedTextureRegistersAKeptScanAnew) {
+  const auto folder = *folder_ / "textured";
+  std::filesystem::create_directories(folder);
+  const ScanFiles person = find_scans(*folder_ / "colour").front();
+  Mesh mesh = read_mesh(person.mesh);
+  mesh.colours.resize(0, 3);
+  mesh.uv = TexCoords::Constant(mesh.V.rows(), 2, 0.5);
+  write_obj(folder / "p0.obj", mesh, ObjMaterial{"skin.png"});
+  write_png(folder / "skin.png", Image(4, 4, 3, 200));
+  std::filesystem::copy_file(*person.landmarks, folder / "p0.json");
+  BuildPipelineOptions o = options();
+  o.resume = true;
+  const AppearanceGuide guide(decision_->reference, decision_->appearance);
+  const auto kept = [&] {
+    return process_scan(find_scans(folder).front(), decision_->reference, guide, "a key", o, tree("textured_out")).kept;
+  };
+  EXPECT_FALSE(kept());
+  EXPECT_TRUE(kept());
+  write_png(folder / "skin.png", Image(4, 4, 3, 100));
+  EXPECT_FALSE(kept());
+  EXPECT_TRUE(kept());
 }
 
 }  // namespace

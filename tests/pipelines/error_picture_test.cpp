@@ -9,6 +9,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/core/similarity.h"
 #include "libmodel/geometry/normals.h"
+#include "libmodel/surface/nearest.h"
 #include "libregister/reference/reference_face.h"
 #include "pipelines/picture_text.h"
 #include "pipelines/registration_report.h"
@@ -31,8 +32,9 @@ RegistrationResult offset_face(double off) {
   return r;
 }
 
-Image picture_of(const RegistrationResult& r, const ErrorPictureOptions& options = {}) {
-  return error_picture(r, reference(), nearest_on_scan(r), options);
+Image picture_of(RegistrationResult r, const ErrorPictureOptions& options = {}) {
+  r.nearest = SurfaceIndex(r.denoised.V, r.denoised.F).nearest(r.V);
+  return error_picture(r, reference(), options);
 }
 
 struct Shares {
@@ -59,7 +61,7 @@ Shares shares(const Image& image, int height = ErrorPictureOptions{}.height) {
 TEST(SignedDistances, TellTheOffsetOfAShellAndItsSide) {
   for (const double off : {0.2, -0.2}) {
     const RegistrationResult r = offset_face(off);
-    const Eigen::VectorXd d = signed_distances(r.V, r.denoised, nearest_on_scan(r));
+    const Eigen::VectorXd d = signed_distances(r.V, r.denoised, SurfaceIndex(r.denoised.V, r.denoised.F).nearest(r.V));
     // In creases the nearest place is another one than the vertex came from: nearer, on the same side.
     EXPECT_GT(((d.array() - off).abs() < 0.02).cast<double>().mean(), 0.95);
     EXPECT_GT((d.array() * off > 0).cast<double>().mean(), 0.99);
@@ -122,13 +124,12 @@ TEST(ErrorPicture, DoesNotDependOnWhereTheScanLies) {
 
 TEST(ErrorPicture, RefusesAnotherReferenceAndSizesThatDoNotFit) {
   RegistrationResult r = offset_face(0);
-  const auto on_scan = nearest_on_scan(r);
-  EXPECT_THROW(error_picture(r, reference(), {}), InvalidInput);
-  EXPECT_THROW(error_picture(r, reference(), on_scan, {.range = 0}), InvalidInput);
-  EXPECT_THROW(error_picture(r, reference(), on_scan, {.height = 20}), InvalidInput);
-  EXPECT_THROW(error_picture(r, reference(), on_scan, {.side = 120}), InvalidInput);
+  EXPECT_THROW(error_picture(r, reference()), InvalidInput);  // nearest places are missing
+  EXPECT_THROW(picture_of(r, {.range = 0}), InvalidInput);
+  EXPECT_THROW(picture_of(r, {.height = 20}), InvalidInput);
+  EXPECT_THROW(picture_of(r, {.side = 120}), InvalidInput);
   r.origins.pop_back();
-  EXPECT_THROW(error_picture(r, reference(), on_scan), InvalidInput);
+  EXPECT_THROW(picture_of(r), InvalidInput);
 }
 
 TEST(PictureText, StaysInsideTheImageAndIsAsWideAsItSays) {
