@@ -3,6 +3,7 @@
 #include "libmodel/model/morphable_model.h"
 
 #include <algorithm>
+#include <set>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/model/surface_points.h"
@@ -57,6 +58,12 @@ void check_statistics(const MorphableModelParts& p) {
   validate(p.colour);
   const auto n = p.shape.mean.size();
   expect(p.colour.empty() || p.colour.mean.size() == n, "shape and colour differ in their number of vertices");
+  std::set<std::string> names;
+  for (const Blendshape& b : p.blendshapes) {
+    expect(b.displacement.size() == n, "blendshape '" + b.name + "' does not have the shape's number of vertices");
+    expect(b.displacement.allFinite(), "blendshape '" + b.name + "' holds NaN or infinity");
+    expect(!b.name.empty() && names.insert(b.name).second, "blendshape '" + b.name + "' has no name of its own");
+  }
   if (!p.expression) return;
   validate(*p.expression);
   expect(p.expression->mean.size() == n, "shape and expression differ in their number of vertices");
@@ -153,6 +160,7 @@ MorphableModel MorphableModel::level(int l) const {
   p.shape = shape().leading_rows(n);
   p.colour = leading_rows_or_empty(colour(), n);
   if (expression()) p.expression = expression()->leading_rows(n);
+  for (const Blendshape& b : blendshapes()) p.blendshapes.push_back({b.name, b.displacement.head(3 * n)});
   p.levels = {wanted};
   if (uv().rows() > 0) p.uv = uv().topRows(n);
   p.landmarks = landmarks();

@@ -30,11 +30,18 @@ struct FaceContours {
   std::vector<int> right, left;  ///< of the subject
 };
 
+/// A named expression: displacements (3N) in mm, added to a face with a weight of usually 0 to 1.
+struct Blendshape {
+  std::string name;
+  Eigen::VectorXd displacement;
+};
+
 /// What a MorphableModel is made of; N is the vertex count of the finest level.
 struct MorphableModelParts {
   PcaModel shape;                                   ///< 3N, mm, head frame
   PcaModel colour;                                  ///< 3N linear RGB; may be empty, or have a mean and no modes
   std::optional<PcaModel> expression;               ///< 3N displacements in mm, with a mean displacement
+  std::vector<Blendshape> blendshapes;              ///< named expressions, names unique; may be empty
   std::vector<ModelLevel> levels;                   ///< coarse to fine, at least one; the last has N vertices
   TexCoords uv;                                     ///< (N x 2) or empty, v up
   LandmarkSet landmarks;                            ///< every mark has a vertex of level 0, the nearest at least
@@ -58,6 +65,7 @@ class MorphableModel {
   const PcaModel& shape() const { return parts_->shape; }
   const PcaModel& colour() const { return parts_->colour; }
   const std::optional<PcaModel>& expression() const { return parts_->expression; }
+  const std::vector<Blendshape>& blendshapes() const { return parts_->blendshapes; }
   const std::vector<ModelLevel>& levels() const { return parts_->levels; }
   const TexCoords& uv() const { return parts_->uv; }
   const LandmarkSet& landmarks() const { return parts_->landmarks; }

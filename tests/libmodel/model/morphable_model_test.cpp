@@ -81,6 +81,18 @@ TEST(MorphableModel, ExpressionsAddToTheFace) {
   EXPECT_LT((moved - as_vertices(model.expression()->instance(e))).norm(), 1e-9);
 }
 
+TEST(MorphableModel, BlendshapesHaveNamesOfTheirOwnAndFollowTheLevels) {
+  MorphableModelParts p = testing::random_parts(14);
+  p.blendshapes = {{"smile", Eigen::VectorXd::LinSpaced(120, 0, 1)}, {"frown", Eigen::VectorXd::Ones(120)}};
+  const MorphableModel model(p);
+  ASSERT_EQ(model.level(1).blendshapes().size(), 2u);
+  EXPECT_EQ(model.level(1).blendshapes()[0].displacement, p.blendshapes[0].displacement.head(60));
+  p.blendshapes[1].name = "smile";
+  EXPECT_THROW(MorphableModel{p}, InvalidInput);
+  p.blendshapes[1] = {"frown", Eigen::VectorXd::Ones(119)};
+  EXPECT_THROW(MorphableModel{p}, InvalidInput);
+}
+
 TEST(MorphableModel, RefusesPartsThatDoNotFit) {
   const auto message = [](auto spoil) {
     return [spoil] {
