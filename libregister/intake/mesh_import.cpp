@@ -9,21 +9,18 @@
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cctype>
-#include <charconv>
 #include <cmath>
-#include <fstream>
 #include <map>
-#include <sstream>
+#include <optional>
 #include <unordered_map>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/io/mesh_files.h"
 
 namespace facewright {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kMostHeaderLines = 10000;
 
 std::string lower_case(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -44,7 +41,8 @@ class Collector {
   void add(const aiMesh& m, const aiMatrix4x4& transform) {
     std::vector<int> vertex(m.mNumVertices), coordinate(m.mNumVertices);
     for (unsigned i = 0; i < m.mNumVertices; ++i) {
-      vertex[i] = weld(transform * m.mVertices[i], m.HasVertexColors(0) ? &m.mColors[0][i] : nullptr);
+      const aiVector3D p = transform * m.mVertices[i];
+      vertex[i] = weld({p.x, p.y, p.z}, m.HasVertexColors(0) ? linear(m.mColors[0][i]) : Eigen::Vector3d::Zero());
       coordinate[i] = static_cast<int>(uv_.size());
       uv_.push_back(m.HasTextureCoords(0) ? Eigen::Vector2d(m.mTextureCoords[0][i].x, m.mTextureCoords[0][i].y)
                                           : Eigen::Vector2d::Zero());
@@ -58,6 +56,25 @@ class Collector {
       uv_faces_.push_back({coordinate[i[0]], coordinate[i[1]], coordinate[i[2]]});
     }
     triangles_of_material_[m.mMaterialIndex] += static_cast<int>(m.mNumFaces);
+  }
+
+  void add(const Mesh& m) {
+    std::vector<int> vertex(static_cast<size_t>(m.V.rows()));
+    for (Eigen::Index i = 0; i < m.V.rows(); ++i) {
+      const Eigen::Vector3f p = m.V.row(i).transpose().cast<float>();
+      Eigen::Vector3d colour = Eigen::Vector3d::Zero();
+      if (m.colours.rows() > 0) colour = m.colours.row(i).transpose();
+      vertex[static_cast<size_t>(i)] = weld({p[0], p[1], p[2]}, colour);
+    }
+    has_colours_ = has_colours_ || m.colours.rows() > 0;
+    has_uv_ = has_uv_ || m.uv.rows() > 0;
+    for (Eigen::Index i = 0; i < m.uv.rows(); ++i) uv_.push_back(m.uv.row(i).transpose());
+    const Faces& uv_faces = m.uv_faces.rows() > 0 ? m.uv_faces : m.F;
+    for (Eigen::Index f = 0; f < m.F.rows(); ++f) {
+      const auto corner = [&](int k) { return vertex[static_cast<size_t>(m.F(f, k))]; };
+      faces_.push_back({corner(0), corner(1), corner(2)});
+      uv_faces_.push_back({uv_faces(f, 0), uv_faces(f, 1), uv_faces(f, 2)});
+    }
   }
 
   Mesh mesh() const {
@@ -88,13 +105,15 @@ class Collector {
     return F;
   }
 
-  int weld(const aiVector3D& p, const aiColor4D* colour) {
-    const auto [it, is_new] = index_.try_emplace({p.x, p.y, p.z}, static_cast<int>(positions_.size()));
+  static Eigen::Vector3d linear(const aiColor4D& c) {
+    return {linear_from_srgb(c.r), linear_from_srgb(c.g), linear_from_srgb(c.b)};
+  }
+
+  int weld(const std::array<float, 3>& p, const Eigen::Vector3d& colour) {
+    const auto [it, is_new] = index_.try_emplace(p, static_cast<int>(positions_.size()));
     if (is_new) {
-      positions_.emplace_back(p.x, p.y, p.z);
-      Eigen::Vector3d c = Eigen::Vector3d::Zero();
-      if (colour) c = {linear_from_srgb(colour->r), linear_from_srgb(colour->g), linear_from_srgb(colour->b)};
-      colours_.push_back(c);
+      positions_.emplace_back(p[0], p[1], p[2]);
+      colours_.push_back(colour);
     }
     return it->second;
   }
@@ -158,31 +177,33 @@ fs::path main_texture(const aiScene& scene, const Collector& collector, const fs
   return best;
 }
 
-// assimp takes memory for what a PLY header promises before it looks at the rest: a header that promises more items
-// than the file has bytes is refused here.
-void check_ply_counts(const fs::path& file, std::uintmax_t bytes) {
-  std::ifstream in(file, std::ios::binary);
-  std::string line;
-  for (int number = 1; number <= kMostHeaderLines && std::getline(in, line); ++number) {
-    std::istringstream words(line);
-    std::string keyword, name, count;
-    words >> keyword >> name >> count;
-    if (keyword == "end_header") return;
-    if (keyword != "element") continue;
-    std::uintmax_t items = 0;
-    const auto [end, error] = std::from_chars(count.data(), count.data() + count.size(), items);
-    if (error != std::errc() || end != count.data() + count.size() || items > bytes)
-      throw IoError(file.string(), number,
-                    "the header promises '" + count.substr(0, 40) + "' of element '" + name.substr(0, 40) +
-                        "'; the file holds " + std::to_string(bytes) +
-                        " bytes. It is damaged or cut short: export the scan again");
-  }
-}
-
 std::string why_not(const std::string& assimp_error) {
   if (assimp_error.find("bad_alloc") == assimp_error.npos && assimp_error.find("length_error") == assimp_error.npos)
     return assimp_error;
   return "it says it is larger than memory holds; it is damaged or cut short: export the scan again";
+}
+
+// PLY is read by libmodel/io: assimp 5.2 skips line ends after the header, of which the first bytes of binary data may
+// look like some; it then reads shifted values, or its assertions end the program.
+void import_ply(const fs::path& file, Collector* collector, ImportedMesh* result) {
+  collector->add(read_mesh(file));
+  const std::optional<fs::path> texture = texture_file(file);
+  if (texture && is_inside(*texture, file.parent_path()))
+    result->texture = *texture;
+  else if (texture)
+    result->warnings.push_back("texture '" + texture->string() + "' lies outside the scan's folder and was not read");
+}
+
+void import_with_assimp(const fs::path& file, Collector* collector, ImportedMesh* result) {
+  Assimp::Importer importer;
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  // JoinIdenticalVertices undoes assimp's one-vertex-per-corner reading of OBJ; SortByPType drops points and lines.
+  const aiScene* scene =
+      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_JoinIdenticalVertices | aiProcess_SortByPType);
+  if (!scene || !scene->mRootNode)
+    throw IoError(file.string(), "cannot be read as a mesh: " + why_not(importer.GetErrorString()));
+  walk(*scene, *scene->mRootNode, aiMatrix4x4(), collector);
+  result->texture = main_texture(*scene, *collector, file.parent_path(), &result->warnings);
 }
 
 }  // namespace
@@ -199,23 +220,17 @@ ImportedMesh import_mesh(const fs::path& file) {
   if (error) throw IoError(file.string(), "cannot be opened: " + error.message());
   if (bytes == 0) throw IoError(file.string(), "the file is empty");
   if (bytes > (std::uintmax_t{1} << 32)) throw IoError(file.string(), "larger than 4 GiB, which no face scan is");
-  if (lower_case(file.extension().string()) == ".ply") check_ply_counts(file, bytes);
-  Assimp::Importer importer;
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  // JoinIdenticalVertices undoes assimp's one-vertex-per-corner reading of OBJ; SortByPType drops points and lines.
-  const aiScene* scene =
-      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_JoinIdenticalVertices | aiProcess_SortByPType);
-  if (!scene || !scene->mRootNode)
-    throw IoError(file.string(), "cannot be read as a mesh: " + why_not(importer.GetErrorString()));
   Collector collector;
-  walk(*scene, *scene->mRootNode, aiMatrix4x4(), &collector);
   ImportedMesh result;
+  if (lower_case(file.extension().string()) == ".ply")
+    import_ply(file, &collector, &result);
+  else
+    import_with_assimp(file, &collector, &result);
   result.mesh = collector.mesh();
   if (result.mesh.F.rows() == 0)
     throw IoError(file.string(),
                   "holds no triangles; point clouds must be meshed first (Poisson reconstruction, for instance)");
   if (!result.mesh.V.allFinite()) throw IoError(file.string(), "a vertex position is not a finite number");
-  result.texture = main_texture(*scene, collector, file.parent_path(), &result.warnings);
   return result;
 }
 

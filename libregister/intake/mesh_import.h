@@ -18,9 +18,9 @@ struct ImportedMesh {
   std::vector<std::string> warnings;  ///< what could not be used, in words
 };
 
-/// Reads what scanners write (OBJ with MTL, PLY, STL, OFF, glTF, ...) through assimp. Vertices that differ only in
-/// texture coordinates are welded; wedge coordinates stay in uv_faces. 8-bit vertex colours are taken as sRGB. Throws
-/// IoError for files that cannot be read, hold no triangles (point clouds), or are larger than 4 GiB.
+/// Reads what scanners write (OBJ with MTL, STL, OFF, glTF, ...) through assimp, PLY through read_mesh. Vertices that
+/// differ only in texture coordinates are welded; wedge coordinates stay in uv_faces. 8-bit vertex colours are taken as
+/// sRGB. Throws IoError for files that cannot be read, hold no triangles (point clouds), or are larger than 4 GiB.
 ImportedMesh import_mesh(const std::filesystem::path& file);
 
 /// File name extensions import_mesh accepts, lower case with the dot.
