@@ -3,13 +3,19 @@
 #include "libmodel/model/pca_model.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <string>
 
 #include "libmodel/core/errors.h"
 
 namespace facewright {
+namespace {
+
+constexpr double kNoVariance = 1e-6;  // standard deviation, of the first mode's: rounding of a basis kept as float32
+
+}  // namespace
 
 Eigen::VectorXd PcaModel::instance(const Eigen::VectorXd& c, Eigen::Index vertices) const {
   if (c.size() > mode_count())
@@ -58,28 +64,47 @@ PcaModel PcaModel::leading_rows(Eigen::Index n) const {
 
 Eigen::MatrixXd PcaModel::rescaled_basis() const { return basis * variances.cwiseSqrt().asDiagonal(); }
 
-PcaModel PcaModel::orthonormalised() const {
-  if (orthonormal) return *this;
-  const Eigen::MatrixXd W = rescaled_basis();
-  Eigen::MatrixXd G = Eigen::MatrixXd::Zero(mode_count(), mode_count());
-  G.selfadjointView<Eigen::Lower>().rankUpdate(W.transpose());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(G);  // ascending; reads the lower triangle
-  PcaModel result{mean, Eigen::MatrixXd(mean.size(), 0), Eigen::VectorXd(0), true};
-  if (mode_count() == 0) return result;
-  const Eigen::VectorXd lambda = eigen.eigenvalues().reverse();
-  const Eigen::Index k = (lambda.array() > 1e-12 * lambda[0]).count();
-  result.variances = lambda.head(k);
-  result.basis = W * (eigen.eigenvectors().rowwise().reverse().leftCols(k) *
-                      result.variances.cwiseSqrt().cwiseInverse().asDiagonal());
-  // The normal equations square the condition number: one pass of Gram-Schmidt brings the small modes back to 1e-15.
+PcaModel PcaModel::orthonormalised() const { return orthonormal_level(*this).model; }
+
+OrthonormalLevel orthonormal_level(const PcaModel& level) {
+  const Eigen::Index modes = level.mode_count();
+  OrthonormalLevel result{level, Eigen::MatrixXd::Identity(modes, modes)};
+  result.model.orthonormal = true;
+  if (level.orthonormal || modes == 0) return result;
+  // W = Q R first: the singular values of R are those of W, and nothing is squared.
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(level.rescaled_basis());
+  const Eigen::Index rows = std::min(level.mean.size(), modes);
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(rows).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::VectorXd s = svd.singularValues();
+  const Eigen::Index k = (s.array() > kNoVariance * s[0]).count();
+  result.model.variances = s.head(k).cwiseAbs2();
+  result.own_from_shared = svd.matrixV().leftCols(k).transpose();
+  result.model.basis.setZero(level.mean.size(), k);
+  result.model.basis.topRows(rows) = svd.matrixU().leftCols(k);
+  result.model.basis.applyOnTheLeft(qr.householderQ());
   for (Eigen::Index j = 0; j < k; ++j) {
-    result.basis.col(j) -= result.basis.leftCols(j) * (result.basis.leftCols(j).transpose() * result.basis.col(j));
-    result.basis.col(j).normalize();
     Eigen::Index largest = 0;
-    result.basis.col(j).cwiseAbs().maxCoeff(&largest);
-    if (result.basis(largest, j) < 0) result.basis.col(j) *= -1;
+    result.model.basis.col(j).cwiseAbs().maxCoeff(&largest);
+    if (result.model.basis(largest, j) > 0) continue;
+    result.model.basis.col(j) *= -1;
+    result.own_from_shared.row(j) *= -1;
   }
   return result;
+}
+
+Eigen::VectorXd OrthonormalLevel::own(const Eigen::VectorXd& shared) const {
+  if (shared.size() > own_from_shared.cols())
+    throw InvalidInput("model: got " + std::to_string(shared.size()) + " coefficients for " +
+                       std::to_string(own_from_shared.cols()) + " modes");
+  return own_from_shared.leftCols(shared.size()) * shared;
+}
+
+Eigen::VectorXd OrthonormalLevel::shared(const Eigen::VectorXd& own) const {
+  if (own.size() > own_from_shared.rows())
+    throw InvalidInput("model: got " + std::to_string(own.size()) + " coefficients for " +
+                       std::to_string(own_from_shared.rows()) + " modes");
+  return own_from_shared.topRows(own.size()).transpose() * own;
 }
 
 void validate(const PcaModel& model) {

@@ -44,6 +44,24 @@ struct PcaModel {
   PcaModel orthonormalised() const;
 };
 
+/// A level of a multi-resolution model with an orthonormal basis and variances of its own, and the way between its
+/// coefficients and those that all levels share.
+struct OrthonormalLevel {
+  PcaModel model;                   ///< orthonormal, K' <= K modes in order of their variance
+  Eigen::MatrixXd own_from_shared;  ///< (K' x K) orthonormal rows; K' = K (a rotation) unless a mode vanishes here
+
+  /// Coefficients of `model` for the same face, and back: model.instance(own(c)) == level.instance(c). Of the shared
+  /// coefficients that give a face, `shared` returns the likeliest; own(shared(d)) == d, and shared(own(c)) == c where
+  /// K' = K. Shorter vectors mean zeros for the rest.
+  Eigen::VectorXd own(const Eigen::VectorXd& shared) const;
+  Eigen::VectorXd shared(const Eigen::VectorXd& own) const;
+};
+
+/// basis * diag(sqrt(variances)) = U S V^T gives basis U, variances S^2 and the map V^T, by QR and the SVD of R: exact
+/// to rounding. Modes below 1e-6 of the first's standard deviation are dropped; the largest entry of each mode is
+/// positive. The identity for a model that is orthonormal already. O(3N K^2).
+OrthonormalLevel orthonormal_level(const PcaModel& level);
+
 /// The (N x 3) view of an interleaved 3N vector, and back.
 inline Vertices as_vertices(const Eigen::VectorXd& x) { return Eigen::Map<const Vertices>(x.data(), x.size() / 3, 3); }
 inline Eigen::VectorXd as_vector(const Vertices& V) { return Eigen::Map<const Eigen::VectorXd>(V.data(), V.size()); }

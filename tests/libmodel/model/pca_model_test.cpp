@@ -56,6 +56,49 @@ TEST(PcaModel, OrthonormalisedIsTheSameGaussian) {
   EXPECT_NO_THROW(validate(whole));
 }
 
+TEST(OrthonormalLevel, CoefficientsOfALevelAndSharedOnesGiveTheSameFaceBothWays) {
+  Random random(15);
+  const PcaModel model = testing::random_pca(random, 900, 40, 20);  // sqrt(0.6^39): a condition number of 2e4
+  for (const Eigen::Index vertices : {60, 100, 299}) {
+    const PcaModel part = model.leading_rows(vertices);
+    const OrthonormalLevel level = orthonormal_level(part);
+    const Eigen::VectorXd c = testing::random_matrix(random, 40, 1), d = testing::random_matrix(random, 40, 1);
+    EXPECT_LT((level.own_from_shared * level.own_from_shared.transpose() - Eigen::MatrixXd::Identity(40, 40)).norm(),
+              1e-12);
+    EXPECT_LT((level.model.basis.transpose() * level.model.basis - Eigen::MatrixXd::Identity(40, 40)).norm(), 1e-12);
+    EXPECT_LT((level.model.instance(level.own(c)) - part.instance(c)).norm(), 1e-10);
+    EXPECT_LT((part.instance(level.shared(d)) - level.model.instance(d)).norm(), 1e-10);
+    EXPECT_LT((level.shared(level.own(c)) - c).norm(), 1e-12);
+    EXPECT_LT((level.model.coefficients(part.instance(c)) - level.own(c)).norm(), 1e-10);
+    EXPECT_LT((level.own(c.head(7)) - level.own_from_shared.leftCols(7) * c.head(7)).norm(), 1e-12);
+    EXPECT_NO_THROW(validate(level.model));
+  }
+}
+
+TEST(OrthonormalLevel, ModesThatVanishAtALevelLeaveTheLikeliestCoefficients) {
+  Random random(16);
+  const PcaModel part = testing::random_pca(random, 90, 20, 3).leading_rows(4);  // 12 values, 20 modes
+  const OrthonormalLevel level = orthonormal_level(part);
+  ASSERT_EQ(level.model.mode_count(), 12);
+  const Eigen::VectorXd c = testing::random_matrix(random, 20, 1), likeliest = level.shared(level.own(c));
+  EXPECT_LT((part.instance(likeliest) - part.instance(c)).norm(), 1e-10);
+  EXPECT_LT(likeliest.norm(), c.norm());
+  EXPECT_LT((level.own(likeliest) - level.own(c)).norm(), 1e-12);
+  PcaModel still = part;
+  still.variances.setZero();
+  EXPECT_EQ(orthonormal_level(still).model.mode_count(), 0);
+}
+
+TEST(OrthonormalLevel, AnOrthonormalModelIsItself) {
+  Random random(17);
+  const PcaModel model = testing::random_pca(random, 90, 6, 3);
+  const OrthonormalLevel level = orthonormal_level(model);
+  EXPECT_EQ(level.model.basis, model.basis);
+  EXPECT_EQ(level.own_from_shared, Eigen::MatrixXd::Identity(6, 6));
+  EXPECT_THROW(level.own(Eigen::VectorXd::Zero(7)), InvalidInput);
+  EXPECT_THROW(level.shared(Eigen::VectorXd::Zero(7)), InvalidInput);
+}
+
 TEST(PcaModel, SampledVarianceIsTheModelsVariance) {
   Random random(6);
   const PcaModel model = testing::random_pca(random, 30, 3, 2);
