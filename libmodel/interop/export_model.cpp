@@ -42,7 +42,7 @@ void export_model(const std::filesystem::path& path, const MorphableModel& model
   if (format == ExportFormat::obj) return write_obj(path, model.mean(level));
   if (format == ExportFormat::ply) return write_ply(path, model.mean(level));
   MorphableModel part = model.level(level);
-  if (format == ExportFormat::glb) return write_file(path, glb_bytes(part, options.morph_targets));
+  if (format == ExportFormat::glb) return write_file(path, glb_bytes(part, {options.morph_targets, options.texture_size}));
   if (options.basis == ExportBasis::orthonormal) part = orthonormalised(part);
   if (format == ExportFormat::eos) return write_file(path, eos_model_bytes(part, options.eos_version));
   if (format == ExportFormat::npz) return write_file(path, npz_bytes(part));

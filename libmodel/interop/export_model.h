@@ -22,7 +22,8 @@ enum class ExportBasis {
 struct ExportOptions {
   ExportBasis basis = ExportBasis::orthonormal;  ///< eos, npz, statismo
   int eos_version = 4;                           ///< 1 or 4
-  int morph_targets = 20;                        ///< glb: leading shape modes, one standard deviation each
+  int morph_targets = 20;                        ///< glb: leading modes of shape and of expression
+  int texture_size = 512;                        ///< glb, obj: pixels of the mean's texture; 0 = colours at vertices
 };
 
 /// Names of the formats: "obj", "ply" (the mean), "eos", "npz", "statismo" (the model), "glb" (mean and morph targets).

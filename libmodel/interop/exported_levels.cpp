@@ -176,9 +176,6 @@ std::vector<ExportNesting> nesting_of_exports(const fs::path& folder, const std:
   add("statismo_", ".h5", read_whole);
   add("model_", ".npz", read_npz_model);
   add("model_", ".glb", read_glb_model);
-  if (!proof.empty() && proof.back().file.ends_with(".glb"))
-    for (NestingRow& row : proof.back().rows)
-      if (row.unit == "mm") row.unit = "m";
   return proof;
 }
 

@@ -3,115 +3,138 @@
 #include "libmodel/interop/gltf.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "libmodel/core/errors.h"
-#include "libmodel/interop/byte_writer.h"
+#include "libmodel/geometry/normals.h"
+#include "libmodel/interop/baked_texture.h"
+#include "libmodel/interop/gltf_container.h"
+#include "libmodel/io/image_files.h"
 
 namespace facewright {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using RowMatrixXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using RowMatrixXf = GltfBuffer::RowMatrixXf;
 
-constexpr int kFloat = 5126, kUnsigned = 5125, kVertexData = 34962, kIndexData = 34963;  // of glTF
 constexpr double kMetresPerMillimetre = 1e-3;
-
-// Collects the binary chunk and what describes it.
-class Buffers {
- public:
-  int add(const RowMatrixXf& m, const char* type, bool bounds) {
-    Json accessor = view(m.data(), static_cast<size_t>(m.size()), kVertexData);
-    accessor.update({{"componentType", kFloat}, {"count", m.rows()}, {"type", type}});
-    if (bounds) {
-      const Eigen::RowVectorXf low = m.colwise().minCoeff(), high = m.colwise().maxCoeff();
-      accessor["min"] = std::vector<float>(low.begin(), low.end());
-      accessor["max"] = std::vector<float>(high.begin(), high.end());
-    }
-    accessors.push_back(std::move(accessor));
-    return static_cast<int>(accessors.size()) - 1;
-  }
-  int add(const Faces& F) {
-    Json accessor = view(F.data(), static_cast<size_t>(F.size()), kIndexData);
-    accessor.update({{"componentType", kUnsigned}, {"count", F.size()}, {"type", "SCALAR"}});
-    accessors.push_back(std::move(accessor));
-    return static_cast<int>(accessors.size()) - 1;
-  }
-  Json accessors = Json::array(), views = Json::array();
-  ByteWriter bytes;
-
- private:
-  template <class T>
-  Json view(const T* data, size_t count, int target) {
-    views.push_back(
-        {{"buffer", 0}, {"byteOffset", bytes.size()}, {"byteLength", count * sizeof(T)}, {"target", target}});
-    bytes.array(data, count);
-    return Json{{"bufferView", views.size() - 1}};
-  }
-};
 
 RowMatrixXf metres(const Eigen::VectorXd& x) { return (as_vertices(x) * kMetresPerMillimetre).cast<float>(); }
 
-std::string container(const Json& json, ByteWriter& binary) {
-  ByteWriter text, out;
-  text.text(json.dump());
-  text.pad(4, ' ');
-  binary.pad(4, '\0');
-  out.value(std::uint32_t{0x46546c67});  // "glTF"
-  out.value(std::uint32_t{2});
-  out.value(static_cast<std::uint32_t>(12 + 8 + text.size() + 8 + binary.size()));
-  out.value(static_cast<std::uint32_t>(text.size()));
-  out.value(std::uint32_t{0x4e4f534a});  // "JSON"
-  out.text(text.bytes());
-  out.value(static_cast<std::uint32_t>(binary.size()));
-  out.value(std::uint32_t{0x004e4942});  // "BIN"
-  out.text(binary.bytes());
-  return out.take();
+// Unit vectors even where no triangle says which: the format demands it.
+Vertices unit_normals(const Eigen::VectorXd& x, const Faces& F) {
+  Vertices N = vertex_normals(as_vertices(x), F);
+  for (Eigen::Index v = 0; v < N.rows(); ++v)
+    if (N.row(v).squaredNorm() < 0.5) N.row(v) << 0, 0, 1;
+  return N;
+}
+
+struct MorphTarget {
+  std::string name, kind;
+  double sigma = 0;  // mm; 0 = not a mode
+  Eigen::VectorXd step;
+};
+
+void add_modes(std::vector<MorphTarget>& targets, const std::string& kind, const PcaModel& pca, int most) {
+  for (Eigen::Index k = 0; k < std::min<Eigen::Index>(most, pca.mode_count()); ++k) {
+    const double sigma = std::sqrt(pca.variances[k]);
+    targets.push_back({kind + " " + std::to_string(k + 1), kind, sigma, sigma * pca.basis.col(k)});
+  }
+}
+
+std::vector<MorphTarget> morph_targets(const MorphableModel& model, int modes) {
+  std::vector<MorphTarget> targets;
+  add_modes(targets, "shape", model.shape(), modes);
+  if (model.expression()) {
+    if (!model.expression()->mean.isZero(0))
+      targets.push_back({"expression mean", "expression mean", 0, model.expression()->mean});
+    add_modes(targets, "expression", *model.expression(), modes);
+  }
+  for (const Blendshape& b : model.blendshapes()) targets.push_back({b.name, "blendshape", 0, b.displacement});
+  return targets;
+}
+
+// The model's own numbers beside those that every viewer knows.
+Json own_extras(const MorphableModel& model, const std::vector<MorphTarget>& targets) {
+  Json kinds = Json::array(), landmarks = Json::object();
+  for (const MorphTarget& t : targets) {
+    Json entry = {{"kind", t.kind}};
+    if (t.sigma > 0) entry["sigma_mm"] = t.sigma;
+    kinds.push_back(std::move(entry));
+  }
+  for (const auto& [name, mark] : model.landmarks()) landmarks[name] = mark.vertex;
+  return {{"format", "facewright-glb 1"},
+          {"units", "m"},
+          {"mean", "POSITION"},
+          {"weight_unit", "standard deviations of modes; 1 = the whole of others"},
+          {"shape_modes_in_model", model.shape().mode_count()},
+          {"targets", kinds},
+          {"landmark_vertices", landmarks}};
+}
+
+Json morph_attributes(GltfBuffer& buffer, const MorphableModel& model, const MorphTarget& target,
+                      const Vertices& normals, bool with_normals) {
+  Json attributes = {{"POSITION", buffer.add(metres(target.step), true)}};
+  if (with_normals) {
+    const Vertices moved = unit_normals(model.shape().mean + target.step, model.faces());
+    attributes["NORMAL"] = buffer.add((moved - normals).cast<float>(), false);
+  }
+  return attributes;
+}
+
+// The mean's colour: a texture where there are texture coordinates, else at the vertices. Returns the material.
+Json add_colour(GltfBuffer& buffer, const Mesh& mean, int texture_size, Json& attributes, Json& gltf) {
+  Json pbr = {{"metallicFactor", 0}, {"roughnessFactor", 0.9}};
+  const bool textured = mean.has_colours() && mean.has_uv() && texture_size > 0;
+  if (mean.has_colours())
+    attributes[textured ? "_MEAN_COLOR" : "COLOR_0"] = buffer.add(mean.colours.cast<float>(), false);
+  if (mean.has_uv()) {
+    TexCoords uv = mean.uv;
+    uv.col(1) = 1 - uv.col(1).array();  // glTF's v runs down
+    attributes["TEXCOORD_0"] = buffer.add(uv.cast<float>(), false);
+  }
+  if (textured) {
+    const int image = buffer.add_bytes(png_bytes(baked_texture(mean, texture_size)));
+    gltf["images"] = Json::array({{{"name", "mean colour"}, {"mimeType", "image/png"}, {"bufferView", image}}});
+    gltf["samplers"] = Json::array({{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33071}}});
+    gltf["textures"] = Json::array({{{"source", 0}, {"sampler", 0}}});
+    pbr["baseColorTexture"] = {{"index", 0}};
+  }
+  return {{"name", "skin"}, {"pbrMetallicRoughness", pbr}, {"doubleSided", true}};
 }
 
 }  // namespace
 
-std::string glb_bytes(const MorphableModel& model, int targets) {
+std::string glb_bytes(const MorphableModel& model, const GltfOptions& options) {
   if (model.level_count() != 1) throw InvalidInput("glb: a file holds one level; choose one");
+  if (options.modes < 0) throw InvalidInput("glb: modes is " + std::to_string(options.modes) + "; expected 0 or more");
   const Mesh mean = model.mean();
-  Buffers buffers;
-  Json attributes, morphs = Json::array(), names = Json::array(), weights = Json::array();
-  attributes["POSITION"] = buffers.add(metres(as_vector(mean.V)), "VEC3", true);
-  if (mean.has_colours()) attributes["COLOR_0"] = buffers.add(mean.colours.cast<float>(), "VEC3", false);
-  if (mean.has_uv()) {
-    TexCoords uv = mean.uv;
-    uv.col(1) = 1 - uv.col(1).array();  // glTF's v runs down
-    attributes["TEXCOORD_0"] = buffers.add(uv.cast<float>(), "VEC2", false);
+  const Vertices normals = unit_normals(model.shape().mean, mean.F);
+  const std::vector<MorphTarget> targets = morph_targets(model, options.modes);
+  GltfBuffer buffer;
+  Json gltf = {{"asset", {{"version", "2.0"}, {"generator", "Facewright"}}},
+               {"scene", 0},
+               {"scenes", Json::array({{{"nodes", Json::array({0})}}})},
+               {"nodes", Json::array({{{"mesh", 0}, {"name", "face"}}})}};
+  Json attributes, morphs = Json::array(), names = Json::array();
+  attributes["POSITION"] = buffer.add(metres(model.shape().mean), true);
+  attributes["NORMAL"] = buffer.add(normals.cast<float>(), false);
+  const Json material = add_colour(buffer, mean, options.texture_size, attributes, gltf);
+  const int indices = buffer.add(mean.F);
+  for (const MorphTarget& target : targets) {
+    morphs.push_back(morph_attributes(buffer, model, target, normals, options.morph_normals));
+    names.push_back(target.name);
   }
-  const int indices = buffers.add(mean.F);
-  const auto count = std::min<Eigen::Index>(targets, model.shape().mode_count());
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const Eigen::VectorXd step = std::sqrt(model.shape().variances[k]) * model.shape().basis.col(k);
-    morphs.push_back({{"POSITION", buffers.add(metres(step), "VEC3", true)}});
-    names.push_back("shape " + std::to_string(k + 1));
-    weights.push_back(0);
-  }
-  Json primitive = {{"attributes", attributes}, {"indices", indices}, {"material", 0}};
-  Json mesh = {{"name", "mean face"}};
-  if (count > 0) {
+  Json primitive = {{"attributes", attributes}, {"indices", indices}, {"material", 0}}, mesh = {{"name", "mean face"}};
+  mesh["extras"] = {{"facewright", own_extras(model, targets)}};
+  if (!targets.empty()) {
     primitive["targets"] = morphs;
-    mesh["weights"] = weights;
-    mesh["extras"] = {{"targetNames", names}};
+    mesh["weights"] = std::vector<int>(targets.size(), 0);
+    mesh["extras"]["targetNames"] = names;
   }
   mesh["primitives"] = Json::array({primitive});
-  const Json material = {{"pbrMetallicRoughness", {{"metallicFactor", 0}, {"roughnessFactor", 0.9}}},
-                         {"doubleSided", true}};
-  buffers.bytes.pad(4, '\0');
-  const Json gltf = {{"asset", {{"version", "2.0"}, {"generator", "Facewright"}}},
-                     {"scene", 0},
-                     {"scenes", Json::array({{{"nodes", Json::array({0})}}})},
-                     {"nodes", Json::array({{{"mesh", 0}, {"name", "face"}}})},
-                     {"materials", Json::array({material})},
-                     {"meshes", Json::array({mesh})},
-                     {"accessors", buffers.accessors},
-                     {"bufferViews", buffers.views},
-                     {"buffers", Json::array({{{"byteLength", buffers.bytes.size()}}})}};
-  return container(gltf, buffers.bytes);
+  gltf["materials"] = Json::array({material});
+  gltf["meshes"] = Json::array({mesh});
+  return buffer.file(std::move(gltf));
 }
 
 }  // namespace facewright

@@ -2,140 +2,109 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/interop/npz.h"
 
-#include <array>
-#include <vector>
-
 #include "libmodel/core/errors.h"
-#include "libmodel/interop/byte_writer.h"
+#include "libmodel/interop/npy.h"
+#include "libmodel/interop/zip_archive.h"
+#include "libmodel/model/surface_points.h"
 
 namespace facewright {
 namespace {
 
-template <class T>
-using RowMatrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-std::uint32_t crc32(const std::string& bytes) {
-  static const auto table = [] {
-    std::array<std::uint32_t, 256> t{};
-    for (std::uint32_t i = 0; i < 256; ++i) {
-      t[i] = i;
-      for (int k = 0; k < 8; ++k) t[i] = t[i] & 1 ? 0xedb88320u ^ (t[i] >> 1) : t[i] >> 1;
-    }
-    return t;
-  }();
-  std::uint32_t crc = 0xffffffffu;
-  for (const char c : bytes) crc = table[(crc ^ static_cast<unsigned char>(c)) & 0xff] ^ (crc >> 8);
-  return crc ^ 0xffffffffu;
+void add_pca(ZipWriter& zip, const std::string& name, const PcaModel& pca) {
+  zip.add(name + "_mean.npy", npy_bytes(RowMatrix<float>(as_vertices(pca.mean).cast<float>())));
+  zip.add(name + "_basis.npy", npy_bytes(RowMatrix<float>(pca.basis.cast<float>())));
+  zip.add(name + "_variances.npy", npy_bytes(RowMatrix<float>(pca.variances.cast<float>()), true));
 }
 
-// An uncompressed zip archive.
-class Zip {
- public:
-  void add(const std::string& name, const std::string& content) {
-    if (content.size() > 0xfffffff0u || out_.size() + content.size() > 0xfffffff0u)
-      throw InvalidInput("npz: '" + name + "' makes the archive larger than 4 GB");
-    const auto offset = static_cast<std::uint32_t>(out_.size());
-    const std::uint32_t crc = crc32(content);
-    out_.value(std::uint32_t{0x04034b50});
-    describe(out_, name, content, crc);
-    out_.text(name);
-    out_.text(content);
-    directory_.value(std::uint32_t{0x02014b50});
-    directory_.value(std::uint16_t{20});  // made by version 2.0
-    describe(directory_, name, content, crc);
-    for (int i = 0; i < 3; ++i) directory_.value(std::uint16_t{0});  // comment, disk, internal attributes
-    directory_.value(std::uint32_t{0});                              // external attributes
-    directory_.value(offset);
-    directory_.text(name);
-    ++count_;
+void add_blendshapes(ZipWriter& zip, const std::vector<Blendshape>& blendshapes) {
+  if (blendshapes.empty()) return;
+  RowMatrix<float> steps(blendshapes.front().displacement.size(), static_cast<Eigen::Index>(blendshapes.size()));
+  std::vector<std::string> names;
+  for (const Blendshape& b : blendshapes) {
+    steps.col(static_cast<Eigen::Index>(names.size())) = b.displacement.cast<float>();
+    names.push_back(b.name);
   }
-  std::string finish() {
-    const auto offset = static_cast<std::uint32_t>(out_.size()), size = static_cast<std::uint32_t>(directory_.size());
-    out_.text(directory_.bytes());
-    out_.value(std::uint32_t{0x06054b50});
-    out_.value(std::uint32_t{0});  // disks
-    out_.value(count_);
-    out_.value(count_);
-    out_.value(size);
-    out_.value(offset);
-    out_.value(std::uint16_t{0});
-    return out_.take();
+  zip.add("blendshapes.npy", npy_bytes(steps));
+  zip.add("blendshape_names.npy", npy_bytes(names));
+}
+
+PcaModel read_pca(const NpzArchive& archive, const std::string& name) {
+  PcaModel result;
+  result.mean = as_vector(Vertices(archive.real(name + "_mean", 3)));
+  result.basis = archive.real(name + "_basis");
+  result.variances = archive.real(name + "_variances", 1);
+  return result;
+}
+
+LandmarkSet read_marks(const NpzArchive& archive, const Faces& F) {
+  LandmarkSet marks;
+  const auto vertices = archive.whole("landmark_vertices", 1);
+  const std::vector<std::string> names = archive.names("landmark_names");
+  if (static_cast<Eigen::Index>(names.size()) != vertices.size())
+    archive.fail("landmark_names",
+                 "has " + std::to_string(names.size()) + " names for " + std::to_string(vertices.size()) + " vertices");
+  for (size_t i = 0; i < names.size(); ++i) {
+    const int v = vertices(static_cast<Eigen::Index>(i));
+    marks[names[i]] = {point_at_vertex(F, v), v};
   }
-
- private:
-  static void describe(ByteWriter& out, const std::string& name, const std::string& content, std::uint32_t crc) {
-    out.value(std::uint16_t{20});                       // needs version 2.0
-    out.value(std::uint16_t{0});                        // flags
-    out.value(std::uint16_t{0});                        // stored
-    out.value(std::uint16_t{0});                        // time
-    out.value(std::uint16_t{(0 << 9) | (1 << 5) | 1});  // date: 1 January 1980, so that equal content is equal bytes
-    out.value(crc);
-    out.value(static_cast<std::uint32_t>(content.size()));
-    out.value(static_cast<std::uint32_t>(content.size()));
-    out.value(static_cast<std::uint16_t>(name.size()));
-    out.value(std::uint16_t{0});  // extra field
-  }
-  ByteWriter out_, directory_;
-  std::uint16_t count_ = 0;
-};
-
-std::string npy(const std::string& type, const std::string& shape, const std::string& data) {
-  std::string header = "{'descr': '" + type + "', 'fortran_order': False, 'shape': (" + shape + "), }";
-  while ((10 + header.size() + 1) % 64) header += ' ';
-  header += '\n';
-  ByteWriter out;
-  out.text("\x93NUMPY");
-  out.value(std::uint8_t{1});
-  out.value(std::uint8_t{0});
-  out.value(static_cast<std::uint16_t>(header.size()));
-  out.text(header);
-  out.text(data);
-  return out.take();
+  return marks;
 }
 
-template <class T>
-std::string npy(const std::string& type, const RowMatrix<T>& m, bool vector = false) {
-  const std::string shape = std::to_string(m.rows()) + "," + (vector ? "" : std::to_string(m.cols()));
-  return npy(type, shape,
-             std::string(reinterpret_cast<const char*>(m.data()), static_cast<size_t>(m.size()) * sizeof(T)));
-}
-
-std::string npy_names(const LandmarkSet& landmarks) {
-  size_t width = 1;
-  for (const auto& entry : landmarks) width = std::max(width, entry.first.size());
-  ByteWriter data;
-  for (const auto& entry : landmarks)
-    for (size_t i = 0; i < width; ++i)
-      data.value(static_cast<std::uint32_t>(i < entry.first.size() ? static_cast<unsigned char>(entry.first[i]) : 0));
-  return npy("<U" + std::to_string(width), std::to_string(landmarks.size()) + ",", data.take());
-}
-
-void add_pca(Zip& zip, const std::string& name, const PcaModel& pca) {
-  zip.add(name + "_mean.npy", npy<float>("<f4", as_vertices(pca.mean).cast<float>()));
-  zip.add(name + "_basis.npy", npy<float>("<f4", pca.basis.cast<float>()));
-  zip.add(name + "_variances.npy", npy<float>("<f4", pca.variances.cast<float>(), true));
+std::vector<Blendshape> read_blendshapes(const NpzArchive& archive) {
+  std::vector<Blendshape> blendshapes;
+  if (!archive.has("blendshapes")) return blendshapes;
+  const std::vector<std::string> names = archive.names("blendshape_names");
+  const RowMatrix<double> steps = archive.real("blendshapes", static_cast<Eigen::Index>(names.size()));
+  for (size_t i = 0; i < names.size(); ++i) blendshapes.push_back({names[i], steps.col(static_cast<Eigen::Index>(i))});
+  return blendshapes;
 }
 
 }  // namespace
 
 std::string npz_bytes(const MorphableModel& model) {
   if (model.level_count() != 1) throw InvalidInput("npz: a file holds one level; choose one");
-  Zip zip;
+  ZipWriter zip;
   add_pca(zip, "shape", model.shape());
   if (model.has_colour()) add_pca(zip, "colour", model.colour());
   if (model.expression()) add_pca(zip, "expression", *model.expression());
-  zip.add("faces.npy", npy<std::int32_t>("<i4", model.faces()));
-  if (model.uv().rows() > 0) zip.add("uv.npy", npy<double>("<f8", model.uv()));
+  add_blendshapes(zip, model.blendshapes());
+  zip.add("faces.npy", npy_bytes(RowMatrix<std::int32_t>(model.faces())));
+  if (model.uv().rows() > 0) zip.add("uv.npy", npy_bytes(RowMatrix<double>(model.uv())));
   if (!model.mirror().empty())
-    zip.add(
-        "mirror.npy",
-        npy<std::int32_t>("<i4", Eigen::Map<const Eigen::VectorXi>(model.mirror().data(), model.vertex_count()), true));
+    zip.add("mirror.npy", npy_bytes(RowMatrix<std::int32_t>(
+                                        Eigen::Map<const Eigen::VectorXi>(model.mirror().data(), model.vertex_count())),
+                                    true));
   RowMatrix<std::int32_t> vertices(static_cast<Eigen::Index>(model.landmarks().size()), 1);
-  Eigen::Index i = 0;
-  for (const auto& entry : model.landmarks()) vertices(i++, 0) = entry.second.vertex;
-  zip.add("landmark_vertices.npy", npy<std::int32_t>("<i4", vertices, true));
-  zip.add("landmark_names.npy", npy_names(model.landmarks()));
+  std::vector<std::string> names;
+  for (const auto& [name, mark] : model.landmarks()) {
+    vertices(static_cast<Eigen::Index>(names.size()), 0) = mark.vertex;
+    names.push_back(name);
+  }
+  zip.add("landmark_vertices.npy", npy_bytes(vertices, true));
+  zip.add("landmark_names.npy", npy_bytes(names));
   return zip.finish();
+}
+
+MorphableModel read_npz_model(const std::filesystem::path& path) {
+  const NpzArchive archive(path);
+  MorphableModelParts p;
+  p.shape = read_pca(archive, "shape");
+  if (archive.has("colour_mean")) p.colour = read_pca(archive, "colour");
+  if (archive.has("expression_mean")) p.expression = read_pca(archive, "expression");
+  p.blendshapes = read_blendshapes(archive);
+  const Faces F = archive.whole("faces", 3);
+  p.landmarks = read_marks(archive, F);
+  if (archive.has("uv")) p.uv = archive.real("uv", 2);
+  if (archive.has("mirror")) {
+    const auto mirror = archive.whole("mirror", 1);
+    p.mirror.assign(mirror.data(), mirror.data() + mirror.size());
+  }
+  p.levels = {{static_cast<int>(p.shape.vertex_count()), F}};
+  try {
+    return MorphableModel(std::move(p));
+  } catch (const InvalidInput& error) {
+    throw IoError(path.string(), error.what());
+  }
 }
 
 }  // namespace facewright

@@ -10,11 +10,12 @@
 namespace facewright {
 
 /// A model of one level as a NumPy .npz (stored zip): shape_mean (N, 3), shape_basis (3N, K), shape_variances (K), the
-/// same for colour (linear RGB) and expression, all float32; faces (M, 3), mirror (N), landmark_vertices (L) int32;
-/// uv (N, 2) float64; landmark_names (L) unicode. instance = mean + basis @ (sqrt(variances) * c).
+/// same for colour (linear RGB) and expression, blendshapes (3N, B), all float32; faces (M, 3), mirror (N),
+/// landmark_vertices (L) int32; uv (N, 2) float64; landmark_names (L), blendshape_names (B) unicode. instance = mean +
+/// basis @ (sqrt(variances) * c).
 std::string npz_bytes(const MorphableModel& model);
 
-/// Reads such an archive (stored, not compressed) as a model of one level. Throws IoError.
+/// Reads such an archive, stored or compressed, as a model of one level. Throws IoError.
 MorphableModel read_npz_model(const std::filesystem::path& path);
 
 }  // namespace facewright

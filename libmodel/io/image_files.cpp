@@ -57,13 +57,15 @@ Image read_image(const std::filesystem::path& path) {
   return image;
 }
 
-void write_png(const std::filesystem::path& path, const Image& image) {
+std::string png_bytes(const Image& image) {
   check_writable(image);
   std::string bytes;
   if (!stbi_write_png_to_func(append, &bytes, image.width, image.height, image.channels, image.data.data(), 0))
-    throw IoError(path.string(), "cannot encode PNG");
-  write_file(path, bytes);
+    throw InvalidInput("image to write: cannot be encoded as PNG");
+  return bytes;
 }
+
+void write_png(const std::filesystem::path& path, const Image& image) { write_file(path, png_bytes(image)); }
 
 void write_jpeg(const std::filesystem::path& path, const Image& image, int quality) {
   check_writable(image);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 
 #include "libmodel/core/image.h"
 
@@ -12,6 +13,8 @@ namespace facewright {
 /// RGBA, 16-bit becomes 8-bit. Images above 2^28 pixels are refused before anything is allocated. Throws IoError.
 Image read_image(const std::filesystem::path& path);
 
+/// An image as the bytes of a PNG file. Throws InvalidInput for an empty or inconsistent image.
+std::string png_bytes(const Image& image);
 /// Writes atomically (write_file). Throws IoError, or InvalidInput for an empty or inconsistent image.
 void write_png(const std::filesystem::path& path, const Image& image);
 /// quality 1..100; alpha is dropped (JPEG has none).

@@ -19,7 +19,7 @@ LAYERS = {
     "libmodel/fitting": ["core", "geometry", "render", "model"],
     "libmodel/building": ["core", "geometry", "surface", "model"],
     "libmodel/uv": ["core", "geometry", "surface"],
-    "libmodel/interop": ["core", "io", "model"],
+    "libmodel/interop": ["core", "io", "geometry", "render", "model"],
     "libmodel/synthetic": ["core", "geometry", "surface", "render"],
     "libregister/subdivision": ["core"],
     "libregister/reference": ["core", "geometry", "surface", "subdivision"],

@@ -18,6 +18,7 @@
 #include "libmodel/model/check_model.h"
 #include "libmodel/model/landmark_mapper.h"
 #include "libmodel/model/model_file.h"
+#include "tests/libmodel/interop/resealed_zip.h"
 #include "tests/libmodel/model/model_fixtures.h"
 
 namespace facewright {
@@ -52,7 +53,8 @@ struct ExportedLevels : ::testing::Test {
     std::string text = read_file(out / file);
     const size_t at = text.find(from);
     ASSERT_NE(at, text.npos) << from << " in " << file;
-    write_file(out / file, text.replace(at, from.size(), to));
+    text.replace(at, from.size(), to);
+    write_file(out / file, file.extension() == ".npz" ? testing::resealed(text) : text);
   }
 };
 
@@ -174,7 +176,7 @@ TEST_F(ExportedLevels, ReadersGiveBackWhatWasWritten) {
     EXPECT_TRUE(back.expression().has_value());
   }
   const MorphableModel glb = read_glb_model(out / "export/model_20.glb");
-  EXPECT_LT((glb.shape().mean * 1000 - level.shape().mean).cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_LT((glb.shape().mean - level.shape().mean).cwiseAbs().maxCoeff(), 1e-4);
   EXPECT_EQ(glb.faces(), level.faces());
 }
 

@@ -11,6 +11,7 @@
 #include "libmodel/interop/gltf.h"
 #include "libmodel/interop/npz.h"
 #include "libmodel/io/atomic_file.h"
+#include "tests/libmodel/interop/resealed_zip.h"
 #include "tests/libmodel/model/model_fixtures.h"
 
 namespace facewright {
@@ -50,7 +51,7 @@ std::string with_shape(std::string bytes, const std::string& array, const std::s
   rest = shape + rest.substr(rest.find(')'));
   if (rest.size() > width) rest.resize(rest.find('}') + 1);
   rest.resize(width, ' ');
-  return bytes.replace(start, width, rest);
+  return testing::resealed(bytes.replace(start, width, rest));
 }
 
 // The reader must refuse by itself, not by what happens to come later: the message names the array.
@@ -84,7 +85,7 @@ TEST_F(HostileFiles, NpzShapesThatOverflowAreRefused) {
 }
 
 TEST_F(HostileFiles, GlbCountsAreCheckedBeforeMemoryIsTaken) {
-  const std::string bytes = glb_bytes(model, 2);
+  const std::string bytes = glb_bytes(model, {.modes = 2, .texture_size = 16, .morph_normals = false});
   EXPECT_NO_THROW(read_glb_model(file("good.glb", bytes)));
   const auto refuses = [&](const std::string& from, const std::string& to, const std::string& what) {
     EXPECT_THAT([&] { read_glb_model(file("bad.glb", with(bytes, from, to))); },
@@ -94,16 +95,16 @@ TEST_F(HostileFiles, GlbCountsAreCheckedBeforeMemoryIsTaken) {
   // The white space a JSON text may have makes room for the longer numbers.
   const std::string vertices = "\"componentType\":5126,\"count\":20,\"type\":\"VEC3\"";
   refuses(vertices, "\"componentType\":5126,\"count\":-1,\"type\":\"VEC3\"", "ends too early");
-  refuses("\"target\":34962},{\"buffer\":0,\"byteOffset\":240", "\"target\":0},{\"buffer\":0,\"byteOffset\":-1",
+  refuses("\"target\":34962},{\"buffer\":0,\"byteOffset\":480", "\"target\":0},{\"buffer\":0,\"byteOffset\":-1",
           "ends too early");
   const std::string corners = "\"componentType\":5125,\"count\":54,\"type\":\"SCALAR\"";
   refuses(corners, "\"componentType\":5125,\"count\":-3,\"type\":\"SCALAR\"", "ends too early");
   refuses(corners, "\"componentType\":5125,\"count\":53,\"type\":\"SCALAR\"", "multiple of 3");
-  refuses(corners, "\"componentType\":5123,\"count\":54,\"type\":\"SCALAR\"", "another kind");
+  refuses(corners, "\"componentType\":5126,\"count\":54,\"type\":\"SCALAR\"", "another kind");
 }
 
 TEST_F(HostileFiles, AGlbMorphTargetShorterThanTheMeshIsRefused) {
-  const std::string bytes = glb_bytes(model, 1);
+  const std::string bytes = glb_bytes(model, {.modes = 1, .texture_size = 16, .morph_normals = false});
   const std::string target = "\"componentType\":5126,\"count\":20,\"type\":\"VEC3\"";
   std::string bad = bytes;
   const size_t at = bad.rfind(target);  // the mean comes first, the morph target last
@@ -140,7 +141,7 @@ TEST(EosLandmarkMapping, LeavesOutALandmarkWithoutName) {
 
 // Any byte of any file may be anything.
 TEST_F(HostileFiles, MangledFilesAreReadOrRefusedButNothingElse) {
-  const std::string npz = npz_bytes(model), glb = glb_bytes(model, 3), eos = eos_model_bytes(model);
+  const std::string npz = npz_bytes(model), glb = glb_bytes(model, {.modes = 3, .texture_size = 16, .morph_normals = false}), eos = eos_model_bytes(model);
   Random random(13);
   const auto mangled = [&](std::string bytes) {
     const auto header = static_cast<int>(std::min<size_t>(bytes.size(), 2000));
@@ -157,6 +158,7 @@ TEST_F(HostileFiles, MangledFilesAreReadOrRefusedButNothingElse) {
   };
   for (int trial = 0; trial < 100; ++trial) {
     survives([&] { read_npz_model(file("bad.npz", mangled(npz))); });
+    survives([&] { read_npz_model(file("bad.npz", testing::resealed(mangled(npz)))); });
     survives([&] { read_glb_model(file("bad.glb", mangled(glb))); });
     survives([&] { read_eos_model(file("bad.bin", mangled(eos))); });
   }

@@ -125,7 +125,7 @@ TEST(Npz, IsAnArchiveOfArraysWithTheModelsBytes) {
 
 TEST(Glb, DescribesItsBinaryChunk) {
   const MorphableModel model = model_without_expression().level(1);
-  const std::string bytes = glb_bytes(model, 3);
+  const std::string bytes = glb_bytes(model, {.modes = 3});
   Reader in{bytes};
   EXPECT_EQ(in.value<std::uint32_t>(), 0x46546c67u);
   EXPECT_EQ(in.value<std::uint32_t>(), 2u);
