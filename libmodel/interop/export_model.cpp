@@ -7,6 +7,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/interop/eos_model.h"
 #include "libmodel/interop/exported_levels.h"
+#include "libmodel/interop/flame_npz.h"
 #include "libmodel/interop/gltf.h"
 #include "libmodel/interop/level_files.h"
 #include "libmodel/interop/npz.h"
@@ -17,7 +18,7 @@
 namespace facewright {
 
 const std::vector<std::string>& export_format_names() {
-  static const std::vector<std::string> names = {"obj", "ply", "eos", "npz", "statismo", "glb"};  // as ExportFormat
+  static const std::vector<std::string> names = {"obj", "ply", "eos", "npz", "statismo", "glb", "flame"};  // as ExportFormat
   return names;
 }
 
@@ -25,7 +26,7 @@ ExportFormat export_format(const std::string& name) {
   const auto& names = export_format_names();
   const auto entry = std::find(names.begin(), names.end(), name);
   if (entry == names.end())
-    throw InvalidInput("export: '" + name + "' is no format; there are obj, ply, eos, npz, statismo, glb");
+    throw InvalidInput("export: '" + name + "' is no format; there are obj, ply, eos, npz, statismo, glb, flame");
   return static_cast<ExportFormat>(entry - names.begin());
 }
 
@@ -45,6 +46,7 @@ void export_model(const std::filesystem::path& path, const MorphableModel& model
   if (format == ExportFormat::glb) return write_file(path, glb_bytes(part, {options.morph_targets, options.texture_size}));
   if (options.basis == ExportBasis::orthonormal) part = orthonormalised(part);
   if (format == ExportFormat::eos) return write_file(path, eos_model_bytes(part, options.eos_version));
+  if (format == ExportFormat::flame) return write_file(path, flame_npz_bytes(part));
   if (format == ExportFormat::npz) return write_file(path, npz_bytes(part));
   save_model(path, part);
 }

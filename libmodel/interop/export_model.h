@@ -10,7 +10,7 @@
 
 namespace facewright {
 
-enum class ExportFormat { obj, ply, eos, npz, statismo, glb };
+enum class ExportFormat { obj, ply, eos, npz, statismo, glb, flame };
 
 /// What happens to the basis of a level coarser than the finest, whose rows are not orthonormal.
 enum class ExportBasis {
@@ -26,7 +26,8 @@ struct ExportOptions {
   int texture_size = 512;                        ///< glb, obj: pixels of the mean's texture; 0 = colours at vertices
 };
 
-/// Names of the formats: "obj", "ply" (the mean), "eos", "npz", "statismo" (the model), "glb" (mean and morph targets).
+/// Names of the formats: "obj", "ply" (the mean), "eos", "npz", "statismo", "flame" (the model), "glb" (mean and morph
+/// targets).
 /// Throws InvalidInput for another name.
 ExportFormat export_format(const std::string& name);
 const std::vector<std::string>& export_format_names();

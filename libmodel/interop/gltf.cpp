@@ -5,29 +5,14 @@
 #include <algorithm>
 
 #include "libmodel/core/errors.h"
-#include "libmodel/geometry/normals.h"
 #include "libmodel/interop/baked_texture.h"
-#include "libmodel/interop/gltf_container.h"
+#include "libmodel/interop/gltf_scene.h"
 #include "libmodel/io/image_files.h"
 
 namespace facewright {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using RowMatrixXf = GltfBuffer::RowMatrixXf;
-
-constexpr double kMetresPerMillimetre = 1e-3;
-
-RowMatrixXf metres(const Eigen::VectorXd& x) { return (as_vertices(x) * kMetresPerMillimetre).cast<float>(); }
-
-// Unit vectors even where no triangle says which: the format demands it.
-Vertices unit_normals(const Eigen::VectorXd& x, const Faces& F) {
-  Vertices N = vertex_normals(as_vertices(x), F);
-  for (Eigen::Index v = 0; v < N.rows(); ++v)
-    if (N.row(v).squaredNorm() < 0.5) N.row(v) << 0, 0, 1;
-  return N;
-}
-
 struct MorphTarget {
   std::string name, kind;
   double sigma = 0;  // mm; 0 = not a mode
@@ -73,9 +58,9 @@ Json own_extras(const MorphableModel& model, const std::vector<MorphTarget>& tar
 
 Json morph_attributes(GltfBuffer& buffer, const MorphableModel& model, const MorphTarget& target,
                       const Vertices& normals, bool with_normals) {
-  Json attributes = {{"POSITION", buffer.add(metres(target.step), true)}};
+  Json attributes = {{"POSITION", buffer.add(gltf_positions(as_vertices(target.step)), true)}};
   if (with_normals) {
-    const Vertices moved = unit_normals(model.shape().mean + target.step, model.faces());
+    const Vertices moved = unit_vertex_normals(as_vertices(model.shape().mean + target.step), model.faces());
     attributes["NORMAL"] = buffer.add((moved - normals).cast<float>(), false);
   }
   return attributes;
@@ -83,23 +68,14 @@ Json morph_attributes(GltfBuffer& buffer, const MorphableModel& model, const Mor
 
 // The mean's colour: a texture where there are texture coordinates, else at the vertices. Returns the material.
 Json add_colour(GltfBuffer& buffer, const Mesh& mean, int texture_size, Json& attributes, Json& gltf) {
-  Json pbr = {{"metallicFactor", 0}, {"roughnessFactor", 0.9}};
+  Json material = gltf_skin();
   const bool textured = mean.has_colours() && mean.has_uv() && texture_size > 0;
   if (mean.has_colours())
     attributes[textured ? "_MEAN_COLOR" : "COLOR_0"] = buffer.add(mean.colours.cast<float>(), false);
-  if (mean.has_uv()) {
-    TexCoords uv = mean.uv;
-    uv.col(1) = 1 - uv.col(1).array();  // glTF's v runs down
-    attributes["TEXCOORD_0"] = buffer.add(uv.cast<float>(), false);
-  }
-  if (textured) {
-    const int image = buffer.add_bytes(png_bytes(baked_texture(mean, texture_size)));
-    gltf["images"] = Json::array({{{"name", "mean colour"}, {"mimeType", "image/png"}, {"bufferView", image}}});
-    gltf["samplers"] = Json::array({{{"magFilter", 9729}, {"minFilter", 9987}, {"wrapS", 33071}, {"wrapT", 33071}}});
-    gltf["textures"] = Json::array({{{"source", 0}, {"sampler", 0}}});
-    pbr["baseColorTexture"] = {{"index", 0}};
-  }
-  return {{"name", "skin"}, {"pbrMetallicRoughness", pbr}, {"doubleSided", true}};
+  if (mean.has_uv()) attributes["TEXCOORD_0"] = buffer.add(gltf_coordinates(mean.uv), false);
+  if (textured)
+    add_gltf_texture(gltf, material, buffer.add_bytes(png_bytes(baked_texture(mean, texture_size))), "mean colour");
+  return material;
 }
 
 }  // namespace
@@ -108,15 +84,12 @@ std::string glb_bytes(const MorphableModel& model, const GltfOptions& options) {
   if (model.level_count() != 1) throw InvalidInput("glb: a file holds one level; choose one");
   if (options.modes < 0) throw InvalidInput("glb: modes is " + std::to_string(options.modes) + "; expected 0 or more");
   const Mesh mean = model.mean();
-  const Vertices normals = unit_normals(model.shape().mean, mean.F);
+  const Vertices normals = unit_vertex_normals(as_vertices(model.shape().mean), mean.F);
   const std::vector<MorphTarget> targets = morph_targets(model, options.modes);
   GltfBuffer buffer;
-  Json gltf = {{"asset", {{"version", "2.0"}, {"generator", "Facewright"}}},
-               {"scene", 0},
-               {"scenes", Json::array({{{"nodes", Json::array({0})}}})},
-               {"nodes", Json::array({{{"mesh", 0}, {"name", "face"}}})}};
+  Json gltf = gltf_scene("face");
   Json attributes, morphs = Json::array(), names = Json::array();
-  attributes["POSITION"] = buffer.add(metres(model.shape().mean), true);
+  attributes["POSITION"] = buffer.add(gltf_positions(as_vertices(model.shape().mean)), true);
   attributes["NORMAL"] = buffer.add(normals.cast<float>(), false);
   const Json material = add_colour(buffer, mean, options.texture_size, attributes, gltf);
   const int indices = buffer.add(mean.F);
