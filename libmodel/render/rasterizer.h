@@ -7,6 +7,7 @@
 
 #include "libmodel/core/camera.h"
 #include "libmodel/core/mesh.h"
+#include "libmodel/render/projection.h"
 
 namespace facewright {
 
@@ -19,7 +20,7 @@ struct RasterOptions {
 struct Raster {
   int width = 0, height = 0;
   std::vector<int> triangle;                      ///< -1 where there is nothing
-  std::vector<float> depth;                       ///< x . towards_camera(), mm: larger is nearer; -infinity if empty
+  std::vector<float> depth;                       ///< mm, as in ProjectedVertices: larger is nearer; -infinity if empty
   std::vector<std::array<float, 3>> barycentric;  ///< of the pixel's centre in its triangle
 
   size_t index(int x, int y) const {
@@ -28,10 +29,12 @@ struct Raster {
   bool inside(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
 };
 
-/// Z-buffer rasterisation of V (N x 3), F (M x 3). A pixel belongs to a triangle if its centre lies inside; on a shared
-/// edge to exactly one of the two (top-left rule, edges evaluated in one direction for both). Equal depths go to the
-/// lower triangle index, so the result does not depend on anything but the input. Triangles with non-finite corners
-/// are left out. O(M + covered pixels). Throws InvalidInput for empty sizes or indices out of range.
+/// Z-buffer rasterisation. A pixel belongs to a triangle if its centre lies inside; on a shared edge to exactly one of
+/// the two (top-left rule). Barycentric coordinates are those of the surface, not of the screen, in perspective too.
+/// Equal depths go to the lower triangle index, so the result does not depend on anything but the input. Triangles with
+/// corners that are not finite, or behind a perspective camera, are left out. O(M + covered pixels). Throws
+/// InvalidInput for empty sizes or indices out of range.
+Raster rasterize(const ProjectedVertices& projected, const Faces& F, const RasterOptions& options);
 Raster rasterize(const Vertices& V, const Faces& F, const AffineCamera& camera, const RasterOptions& options);
 
 /// The same for flat triangles with positions (N x 2) in pixels, whatever their orientation; where they overlap, the
