@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/SVD>
 
 #include "libmodel/core/errors.h"
 #include "planted.h"
@@ -45,15 +46,93 @@ TEST(FitPca, AgreesWithTheEigenvectorsOfTheCovariance) {
   }
 }
 
-TEST(FitPca, LanczosAgreesWithTheDenseSolver) {
+// With as many samples as this, Lanczos and random subspaces do not fall back on the whole Gram matrix.
+PcaResult fit_with(PcaSolver solver, const SampleMatrix& samples, double share) {
+  PcaOptions options;
+  options.solver = solver;
+  options.variance_share = share;
+  return fit_pca(samples, options);
+}
+
+TEST(FitPca, AllSolversAgreeWithTheThinSvdOnPlantedLowRank) {
   Random random(3);
-  const auto planted = planted_gaussian(random, 400, 300, 25);
-  PcaOptions dense, lanczos;
-  lanczos.dense_limit = 10;
-  const PcaResult a = fit_pca(planted.samples, dense), b = fit_pca(planted.samples, lanczos);
-  ASSERT_EQ(a.model.mode_count(), b.model.mode_count());
-  EXPECT_LT((a.model.variances - b.model.variances).norm(), 1e-8 * a.model.variances[0]);
-  EXPECT_LT(subspace_distance(a.model.basis, b.model.basis), 1e-7);
+  const auto planted = planted_gaussian(random, 420, 240, 25);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(planted.samples.rowwise() - planted.samples.colwise().mean(),
+                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
+  for (const double share : {0.99, 1.0})
+    for (const PcaSolver solver : {PcaSolver::gram, PcaSolver::lanczos, PcaSolver::randomised}) {
+      const PcaResult fit = fit_with(solver, planted.samples, share);
+      const Eigen::Index k = fit.model.mode_count();
+      EXPECT_EQ(fit.summary.solver, solver);
+      EXPECT_EQ(fit.summary.rank, 25);
+      EXPECT_TRUE(share < 1 || k == 25);
+      const Eigen::MatrixXd V = svd.matrixV().leftCols(k);
+      EXPECT_LT((fit.model.basis * fit.model.basis.transpose() - V * V.transpose()).norm(), 1e-8);
+      const Eigen::VectorXd expected = svd.singularValues().head(k).cwiseAbs2() / 419;
+      EXPECT_LT((fit.model.variances - expected).norm(), 1e-10 * expected[0]);
+      EXPECT_NEAR(fit.summary.total_variance / svd.singularValues().squaredNorm() * 419, 1, 1e-12);
+      EXPECT_LT((fit.model.basis.transpose() * fit.model.basis - Eigen::MatrixXd::Identity(k, k)).norm(), 1e-12);
+      EXPECT_LT(fit.summary.residual, 1e-8);
+    }
+}
+
+TEST(FitPca, SolversAgreeWhenNoiseFillsEveryDirection) {
+  Random random(13);
+  auto planted = planted_gaussian(random, 450, 300, 20);
+  planted.samples += 0.05 * testing::random_matrix(random, 450, 300);
+  const PcaResult gram = fit_with(PcaSolver::gram, planted.samples, 0.999);
+  for (const PcaSolver solver : {PcaSolver::automatic, PcaSolver::lanczos, PcaSolver::randomised}) {
+    const PcaResult fit = fit_with(solver, planted.samples, 0.999);
+    ASSERT_EQ(fit.model.mode_count(), gram.model.mode_count());
+    EXPECT_LT(subspace_distance(gram.model.basis, fit.model.basis), 1e-8);
+  }
+}
+
+TEST(FitPca, CoefficientsInvertInstances) {
+  Random random(14);
+  const auto planted = planted_gaussian(random, 50, 300, 20);
+  const PcaModel model = fit_with(PcaSolver::gram, planted.samples, 1).model;
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::VectorXd c = model.draw_coefficients(random);
+    EXPECT_LT((model.coefficients(model.instance(c)) - c).cwiseAbs().maxCoeff(), 1e-10);
+  }
+}
+
+TEST(FitPca, EverySolverTakesFewOrEqualSamplesAndLimits) {
+  Random random(15);
+  const auto planted = planted_gaussian(random, 5, 90, 5);
+  for (const PcaSolver solver : {PcaSolver::automatic, PcaSolver::gram, PcaSolver::lanczos, PcaSolver::randomised}) {
+    for (Eigen::Index n = 1; n <= 5; ++n) {
+      const PcaResult fit = fit_with(solver, planted.samples.topRows(n), 1);
+      EXPECT_EQ(fit.model.mode_count(), n - 1);
+      EXPECT_NO_THROW(validate(fit.model));
+      const PcaResult same = fit_with(solver, planted.samples.row(0).replicate(n, 1), 1);
+      EXPECT_EQ(same.model.mode_count(), 0);
+      EXPECT_NO_THROW(validate(same.model));
+    }
+    const PcaResult often = fit_with(solver, planted.samples.replicate(100, 1), 1);  // 500 samples of rank 4
+    EXPECT_EQ(often.model.mode_count(), 4);
+    EXPECT_TRUE(often.model.basis.allFinite() && often.scores.allFinite());
+    EXPECT_EQ(fit_with(solver, planted.samples.row(0).replicate(500, 1), 1).model.mode_count(), 0);
+    PcaOptions two;
+    two.solver = solver;
+    two.max_modes = 2;
+    EXPECT_EQ(fit_pca(planted.samples.replicate(100, 1), two).model.mode_count(), 2);
+    two.max_modes = 0;
+    EXPECT_EQ(fit_pca(planted.samples.replicate(100, 1), two).model.mode_count(), 0);
+  }
+}
+
+TEST(CentredGram, IsTheGramMatrixAboutTheMeanWhateverTheOrigin) {
+  Random random(16);
+  const auto planted = planted_gaussian(random, 300, 90, 10);
+  const Eigen::RowVectorXd origin = planted.mean.array() + 3;
+  const Eigen::MatrixXd G = gram_matrix(planted.samples, origin);
+  const Eigen::MatrixXd expected = gram_matrix(planted.samples, mean_sample(planted.samples));
+  EXPECT_LT((centred_gram(G) - expected).norm(), 1e-10 * expected.norm());
+  const std::vector<int> kept = {4, 7, 250, 299};
+  const SampleMatrix few = planted.samples(kept, Eigen::all);
+  EXPECT_LT((centred_gram(gram_of(G, kept)) - gram_matrix(few, mean_sample(few))).norm(), 1e-10 * expected.norm());
 }
 
 TEST(FitPca, VariancesSumToTheTotalVariance) {
