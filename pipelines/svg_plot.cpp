@@ -142,7 +142,7 @@ class Chart {
       for (const size_t i : points) band += at(c.x[i], c.y[i] + error_at(c, i)) + " ";
       for (auto i = points.rbegin(); i != points.rend(); ++i)
         band += at(c.x[*i], std::max(0.0, c.y[*i] - error_at(c, *i))) + " ";
-      out_ += "<polygon points=\"" + band + "\" fill=\"" + stroke + "\" fill-opacity=\"0.18\"/>\n";
+      out_ += "<polygon points=\"" + band + "\" fill=\"" + stroke + "\" fill-opacity=\"0.3\"/>\n";
     }
     std::string path;
     for (const size_t i : points) path += at(c.x[i], c.y[i]) + " ";
