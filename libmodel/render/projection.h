@@ -19,5 +19,7 @@ struct ProjectedVertices {
 };
 
 ProjectedVertices project_vertices(const Vertices& V, const AffineCamera& camera);
+/// Vertices nearer than a millimetre, or behind the camera, cannot be seen.
+ProjectedVertices project_vertices(const Vertices& V, const PerspectiveCamera& camera);
 
 }  // namespace facewright

@@ -3,81 +3,22 @@
 #include "libmodel/render/render_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstring>
+#include <optional>
 #include <string>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
 #include "libmodel/geometry/normals.h"
-#include "libmodel/render/rasterizer.h"
+#include "libmodel/render/row_painter.h"
 #include "libmodel/render/sampling.h"
+#include "libmodel/render/scan_conversion.h"
+#include "libmodel/render/srgb_encoder.h"
 
 namespace facewright {
 namespace {
-
-const Eigen::Vector3d clay(0.50, 0.48, 0.46);
-
-/// Light that arrives for a unit normal in camera axes (+x right, +y up, +z to the viewer); about 1 facing the viewer.
-double studio_light(const Eigen::Vector3d& n) {
-  static const Eigen::Vector3d key = Eigen::Vector3d(-0.45, 0.55, 0.75).normalized();
-  static const Eigen::Vector3d fill = Eigen::Vector3d(0.75, 0.1, 0.45).normalized();
-  const double hemisphere = 0.5 * (1 + n[1]);                      // sky above, floor below
-  const double wrapped = std::max(0.0, (n.dot(key) + 0.1) / 1.1);  // a large soft box reaches around the edge
-  return 0.10 + 0.26 * hemisphere + 0.95 * wrapped + 0.10 * std::max(0.0, n.dot(fill));
-}
-
-/// Everything a pixel needs.
-class Shader {
- public:
-  Shader(const Mesh& mesh, const OrthographicCamera& camera, const RenderOptions& options, const Image& texture)
-      : mesh_(mesh), options_(options), texture_(texture) {
-    if (options.shading == Shading::studio) normals_ = vertex_normals(mesh.V, mesh.F) * camera.R.transpose();
-  }
-
-  Eigen::Vector3d operator()(int f, const std::array<float, 3>& b) const {
-    const Eigen::Vector3d colour = albedo(f, b);
-    if (options_.shading == Shading::none) return colour;
-    const Eigen::Vector3d n = interpolate(normals_, f, b).normalized();
-    const Eigen::Vector3d face = (corner(f, 1) - corner(f, 0)).cross(corner(f, 2) - corner(f, 0));
-    return facing_away(face) ? Eigen::Vector3d(0.25 * studio_light(-n) * colour)
-                             : Eigen::Vector3d(studio_light(n) * colour);
-  }
-  void set_view(const Eigen::Vector3d& towards_camera) { towards_camera_ = towards_camera; }
-
- private:
-  Eigen::Vector3d corner(int f, int k) const { return mesh_.V.row(mesh_.F(f, k)); }
-  bool facing_away(const Eigen::Vector3d& n) const { return n.dot(towards_camera_) < 0; }
-
-  Eigen::Vector3d interpolate(const Vertices& rows, int f, const std::array<float, 3>& b) const {
-    return (b[0] * rows.row(mesh_.F(f, 0)) + b[1] * rows.row(mesh_.F(f, 1)) + b[2] * rows.row(mesh_.F(f, 2)))
-        .transpose();
-  }
-
-  Eigen::Vector3d albedo(int f, const std::array<float, 3>& b) const {
-    const bool coloured = options_.use_colours && mesh_.has_colours();
-    const Eigen::Vector3d base = coloured ? interpolate(mesh_.colours, f, b) : clay;
-    if (!options_.use_colours || texture_.empty() || !mesh_.has_uv()) return base;
-    const Faces& corners = mesh_.uv_faces.rows() > 0 ? mesh_.uv_faces : mesh_.F;
-    Eigen::Vector2d uv = Eigen::Vector2d::Zero();
-    for (int k = 0; k < 3; ++k)
-      uv += static_cast<double>(b[static_cast<size_t>(k)]) * mesh_.uv.row(corners(f, k)).transpose();
-    const Eigen::Vector4d c = sample_rgba(texture_, texel_position(uv, texture_.width, texture_.height));
-    return c[3] * c.head<3>() + (1 - c[3]) * base;
-  }
-
-  const Mesh& mesh_;
-  const RenderOptions& options_;
-  const Image& texture_;
-  Vertices normals_;
-  Eigen::Vector3d towards_camera_ = Eigen::Vector3d::UnitZ();
-};
-
-OrthographicCamera supersampled(const OrthographicCamera& camera, int n) {
-  OrthographicCamera fine = camera;
-  fine.s *= n;
-  fine.t = (n * (camera.t.array() + 0.5) - 0.5).matrix();  // pixel centres are whole numbers
-  return fine;
-}
 
 void check(const RenderOptions& options) {
   if (options.supersampling < 1 || options.supersampling > 4)
@@ -87,38 +28,152 @@ void check(const RenderOptions& options) {
                        std::to_string(options.height));
 }
 
+Image background_image(const RenderOptions& options) {
+  if (options.transparent) return Image(options.width, options.height, 4, 0);
+  std::array<std::uint8_t, 3> c{};
+  for (size_t k = 0; k < 3; ++k) c[k] = srgb8_from_linear(options.background[static_cast<Eigen::Index>(k)]);
+  Image image(options.width, options.height, 3, c[0]);
+  if (c[0] == c[1] && c[1] == c[2]) return image;
+  for (int x = 0; x < options.width; ++x) std::memcpy(image.pixel(x, 0), c.data(), 3);
+  for (int y = 1; y < options.height; ++y)
+    std::memcpy(image.pixel(0, y), image.pixel(0, 0), 3 * static_cast<size_t>(options.width));
+  return image;
+}
+
+/// Turns samples into bytes: n x n of them per pixel.
+class RowResolver {
+ public:
+  RowResolver(const RenderOptions& options, Image& image)
+      : n_(options.supersampling), options_(options), image_(image), encode_(SrgbEncoder::get()) {
+    if (n_ == 1) return;
+    sum_.resize(static_cast<size_t>(options.width));
+    count_.resize(static_cast<size_t>(options.width));
+  }
+
+  void add(const RowPainter& painter, int fine_y) {
+    for (const auto& [begin, end] : painter.spans()) {
+      if (n_ == 1)
+        for (int x = begin; x < end; ++x) write(image_.pixel(x, fine_y), painter.colour(x), 1);
+      else
+        accumulate(painter, begin, end);
+    }
+    if (n_ > 1 && fine_y % n_ == n_ - 1) flush(fine_y / n_);
+  }
+
+ private:
+  void accumulate(const RowPainter& painter, int begin, int end) {
+    for (int x = begin; x < end; ++x) {
+      const auto at = static_cast<size_t>(x / n_);
+      sum_[at] = count_[at] > 0 ? Rgba(sum_[at] + painter.colour(x)) : painter.colour(x);
+      ++count_[at];
+    }
+  }
+  void flush(int y) {
+    for (int x = 0; x < image_.width; ++x) {
+      int& covered = count_[static_cast<size_t>(x)];
+      if (covered == 0) continue;
+      const float alpha = static_cast<float>(covered) / static_cast<float>(n_ * n_);
+      write(image_.pixel(x, y), sum_[static_cast<size_t>(x)] / static_cast<float>(covered), alpha);
+      covered = 0;
+    }
+  }
+  void write(std::uint8_t* out, const Rgba& colour, float alpha) const {
+    Rgba c = colour;
+    if (options_.transparent) {
+      out[3] = static_cast<std::uint8_t>(std::lround(255 * alpha));
+    } else if (alpha < 1) {
+      for (int k = 0; k < 3; ++k) c[k] = alpha * c[k] + (1 - alpha) * static_cast<float>(options_.background[k]);
+    }
+    out[0] = encode_(c[0]), out[1] = encode_(c[1]), out[2] = encode_(c[2]);
+  }
+
+  int n_;
+  const RenderOptions& options_;
+  Image& image_;
+  const SrgbEncoder& encode_;
+  std::vector<Rgba, Eigen::aligned_allocator<Rgba>> sum_;
+  std::vector<int> count_;
+};
+
+Image paint_picture(const PaintedMesh& scene, const RenderOptions& options) {
+  Image image = background_image(options);
+  const int n = options.supersampling, width = n * options.width, height = n * options.height;
+  const int band_rows = 8 / n * n;
+  const ScanList list = scan_list(scene.projected, scene.mesh->F, height, false);
+  const auto bands = bands_of(list, height, band_rows);
+  const PixelBox box = pixel_box(scene.projected.pixels, width, height);
+  parallel_blocks(static_cast<int>(bands.size()), options.threads, [&](int first_band, int last_band) {
+    VisibilityRows rows;
+    RowPainter painter(scene, width);
+    RowResolver resolver(options, image);
+    for (int band = first_band; band < last_band; ++band) {
+      const std::vector<int>& items = bands[static_cast<size_t>(band)];
+      if (items.empty()) continue;
+      const int first = band * band_rows;
+      rows.clear(box.left, box.right, first, std::min(band_rows, height - first));
+      for (const int i : items) rows.draw(list.items[static_cast<size_t>(i)], width);
+      for (int y = rows.first_row(); y <= rows.last_row(); ++y) {
+        painter.paint(rows, y);
+        resolver.add(painter, y);
+      }
+    }
+  });
+  return image;
+}
+
+/// `texture` if it is prepared, else from `plain` with as many levels as are needed.
+Image render(const Mesh& mesh, ProjectedVertices projected, const Eigen::Matrix3d& R, const RenderOptions& options,
+             const Image* plain, const LinearImage* texture) {
+  const int n = options.supersampling;
+  if (n > 1) projected.pixels = (n * (projected.pixels.array() + 0.5) - 0.5).matrix();  // centres are whole numbers
+  PaintedMesh scene;
+  scene.mesh = &mesh;
+  scene.projected = std::move(projected);
+  if (options.shading == Shading::studio) scene.normals = vertex_normals(mesh.V, mesh.F) * R.transpose();
+  scene.coloured = options.use_colours && mesh.has_colours();
+  std::optional<LinearImage> prepared;
+  if (options.use_colours && mesh.has_uv() && (texture || (plain && !plain->empty()))) {
+    const int width = texture ? texture->width() : plain->width, height = texture ? texture->height() : plain->height;
+    scene.texels.resize(mesh.uv.rows(), 2);
+    for (Eigen::Index i = 0; i < mesh.uv.rows(); ++i)
+      scene.texels.row(i) = texel_position(mesh.uv.row(i).transpose(), width, height).transpose();
+    scene.lod = texture_lod(mesh, scene.projected, scene.texels);
+    const double levels = scene.lod.size() > 0 ? std::ceil(std::max(0.0F, scene.lod.maxCoeff())) + 1 : 1;
+    if (!texture) prepared.emplace(*plain, static_cast<int>(levels));
+    scene.texture = texture ? texture : &*prepared;
+  }
+  return paint_picture(scene, options);
+}
+
+void check(const Mesh& mesh, const RenderOptions& options) {
+  check(options);
+  validate(mesh);
+}
+
 }  // namespace
 
 Image render_mesh(const Mesh& mesh, const OrthographicCamera& camera, const RenderOptions& options,
                   const Image& texture) {
-  check(options);
-  validate(mesh);
-  const int n = options.supersampling;
-  const AffineCamera fine = supersampled(camera, n).affine();
-  const Raster raster = rasterize(mesh.V, mesh.F, fine, {n * options.width, n * options.height, false});
-  Shader shade(mesh, camera, options, texture);
-  shade.set_view(fine.towards_camera());
-  Image image(options.width, options.height, options.transparent ? 4 : 3);
-  parallel_for(options.height, options.threads, [&](int y) {
-    for (int x = 0; x < options.width; ++x) {
-      Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-      int covered = 0;
-      for (int k = 0; k < n * n; ++k) {
-        const size_t at = raster.index(n * x + k % n, n * y + k / n);
-        if (raster.triangle[at] < 0) continue;
-        sum += shade(raster.triangle[at], raster.barycentric[at]).cwiseMin(1);
-        ++covered;
-      }
-      const double alpha = static_cast<double>(covered) / (n * n);
-      const Eigen::Vector3d colour = options.transparent
-                                         ? Eigen::Vector3d(sum / std::max(covered, 1))
-                                         : Eigen::Vector3d(sum / (n * n) + (1 - alpha) * options.background);
-      std::uint8_t* out = image.pixel(x, y);
-      for (int k = 0; k < 3; ++k) out[k] = srgb8_from_linear(colour[k]);
-      if (options.transparent) out[3] = static_cast<std::uint8_t>(std::lround(255 * alpha));
-    }
-  });
-  return image;
+  check(mesh, options);
+  return render(mesh, project_vertices(mesh.V, camera.affine()), camera.R, options, &texture, nullptr);
+}
+
+Image render_mesh(const Mesh& mesh, const PerspectiveCamera& camera, const RenderOptions& options,
+                  const Image& texture) {
+  check(mesh, options);
+  return render(mesh, project_vertices(mesh.V, camera), camera.R, options, &texture, nullptr);
+}
+
+Image render_mesh(const Mesh& mesh, const OrthographicCamera& camera, const RenderOptions& options,
+                  const LinearImage& texture) {
+  check(mesh, options);
+  return render(mesh, project_vertices(mesh.V, camera.affine()), camera.R, options, nullptr, &texture);
+}
+
+Image render_mesh(const Mesh& mesh, const PerspectiveCamera& camera, const RenderOptions& options,
+                  const LinearImage& texture) {
+  check(mesh, options);
+  return render(mesh, project_vertices(mesh.V, camera), camera.R, options, nullptr, &texture);
 }
 
 }  // namespace facewright

@@ -5,6 +5,7 @@
 #include "libmodel/core/camera.h"
 #include "libmodel/core/image.h"
 #include "libmodel/core/mesh.h"
+#include "libmodel/render/linear_image.h"
 
 namespace facewright {
 
@@ -20,11 +21,19 @@ struct RenderOptions {
   int threads = 0;                                               ///< 0 = all; the bytes do not depend on it
 };
 
-/// A picture of the mesh. Colour per point: `texture` through mesh.uv (and uv_faces) where both exist, blended by its
-/// alpha over mesh.colours or clay grey. Studio shading: a hemispheric light from above and a soft key light from the
-/// upper left, fixed to the camera, on interpolated vertex normals; back faces are shown dark. Averaging is done in
-/// linear light. Throws InvalidInput for an invalid mesh or options out of range.
+/// A picture of the mesh. Colour per point: `texture` through mesh.uv (and uv_faces) where both exist, filtered over
+/// the pixel where it is finer (mip maps), blended by its alpha over mesh.colours or clay grey. Studio shading: a
+/// hemispheric light from above and a soft key light from the upper left, fixed to the camera, on interpolated vertex
+/// normals; back faces are shown dark. All is interpolated perspective-correctly; averaging is done in linear light.
+/// Throws InvalidInput for an invalid mesh or options out of range.
 Image render_mesh(const Mesh& mesh, const OrthographicCamera& camera, const RenderOptions& options = {},
                   const Image& texture = {});
+Image render_mesh(const Mesh& mesh, const PerspectiveCamera& camera, const RenderOptions& options = {},
+                  const Image& texture = {});
+/// The same with a texture that is prepared once for many pictures.
+Image render_mesh(const Mesh& mesh, const OrthographicCamera& camera, const RenderOptions& options,
+                  const LinearImage& texture);
+Image render_mesh(const Mesh& mesh, const PerspectiveCamera& camera, const RenderOptions& options,
+                  const LinearImage& texture);
 
 }  // namespace facewright

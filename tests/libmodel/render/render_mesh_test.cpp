@@ -113,12 +113,12 @@ TEST(RenderMesh, RefusesBadOptionsAndMeshes) {
   Mesh mesh = grid(1);
   RenderOptions options;
   options.supersampling = 9;
-  EXPECT_THROW(render_mesh(mesh, {}, options), InvalidInput);
+  EXPECT_THROW(render_mesh(mesh, OrthographicCamera(), options), InvalidInput);
   options = {};
   options.width = 0;
-  EXPECT_THROW(render_mesh(mesh, {}, options), InvalidInput);
+  EXPECT_THROW(render_mesh(mesh, OrthographicCamera(), options), InvalidInput);
   mesh.F(0, 0) = 99;
-  EXPECT_THROW(render_mesh(mesh, {}, {}), InvalidInput);
+  EXPECT_THROW(render_mesh(mesh, OrthographicCamera(), {}), InvalidInput);
 }
 
 TEST(SampleRgba, TransparentNeighboursDoNotBleed) {
