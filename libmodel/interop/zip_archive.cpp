@@ -73,11 +73,12 @@ Member read_entry(ByteReader& in) {
 
 std::string inflated(const std::string& packed, const Member& m, const ByteReader& in) {
   constexpr std::uint64_t kMost = std::numeric_limits<int>::max();
-  if (m.size > kMost || packed.size() > kMost || m.size > kBestRatio * (packed.size() + 1))
+  if (m.size > kMost || packed.size() > kMost - 8 || m.size > kBestRatio * (packed.size() + 1))
     in.fail("member '" + m.name + "' cannot unpack to the " + std::to_string(m.size) + " bytes it promises");
   std::string content(m.size, '\0');
-  const int size = stbi_zlib_decode_noheader_buffer(content.data(), static_cast<int>(m.size), packed.data(),
-                                                    static_cast<int>(packed.size()));
+  const std::string padded = packed + std::string(8, '\0');  // the decoder looks a few bytes ahead
+  const int size = stbi_zlib_decode_noheader_buffer(content.data(), static_cast<int>(m.size), padded.data(),
+                                                    static_cast<int>(padded.size()));
   if (size < 0 || static_cast<std::uint32_t>(size) != m.size) in.fail("member '" + m.name + "' is damaged");
   return content;
 }
