@@ -2,7 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/fitting/affine_camera.h"
 
-#include <Eigen/SVD>
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -11,23 +11,6 @@
 
 namespace facewright {
 namespace {
-
-/// Centroid to the origin, root mean square distance to sqrt(dimension): x -> scale (x - centre).
-template <int D>
-struct Normalisation {
-  Eigen::Matrix<double, 1, D> centre;
-  double scale = 1;
-
-  template <typename Points>
-  explicit Normalisation(const Points& points) : centre(points.colwise().mean()) {
-    const double mean_square = (points.rowwise() - centre).rowwise().squaredNorm().mean();
-    scale = mean_square > 0 ? std::sqrt(D / mean_square) : 1;
-  }
-  template <typename Points>
-  Eigen::MatrixXd apply(const Points& points) const {
-    return scale * (points.rowwise() - centre);
-  }
-};
 
 void check(const Vertices& X, const Pixels& x) {
   if (X.rows() != x.rows())
@@ -39,30 +22,57 @@ void check(const Vertices& X, const Pixels& x) {
   if (!X.allFinite() || !x.allFinite()) throw InvalidInput("camera: a landmark is not finite");
 }
 
+/// Sums over the centred points: the normal equations fall apart into 3 x 3 and the centroid.
+struct Scatter {
+  Eigen::Matrix3d XX = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 2> Xx = Eigen::Matrix<double, 3, 2>::Zero();
+};
+
+template <typename Residual>
+Scatter scatter(const Vertices& X, const Eigen::Vector3d& centre, const Residual& residual) {
+  Scatter sum;
+  for (Eigen::Index k = 0; k < X.rows(); ++k) {
+    const Eigen::Vector3d d = X.row(k).transpose() - centre;
+    const Eigen::Vector2d r = residual(k, d);
+    sum.XX += d * d.transpose();
+    sum.Xx += d * r.transpose();
+  }
+  return sum;
+}
+
 }  // namespace
 
 AffineCameraResult estimate_affine_camera(const Vertices& X, const Pixels& x) {
   check(X, x);
-  const Normalisation<3> U(X);
-  const Normalisation<2> T(x);
-  Eigen::MatrixXd A(X.rows(), 4);
-  A << U.apply(X), Eigen::VectorXd::Ones(X.rows());
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(A, Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::Vector3d X_mean = X.colwise().mean();
+  const Eigen::Vector2d x_mean = x.colwise().mean();
+  const Scatter sum = scatter(X, X_mean, [&](Eigen::Index k, const Eigen::Vector3d&) -> Eigen::Vector2d {
+    return x.row(k).transpose() - x_mean;
+  });
+  // The normalisation of algorithm 7.2 (centroid 0, one scale) changes neither the solution nor this condition.
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(sum.XX);
+  const Eigen::Vector3d spread = eigen.eigenvalues();
   AffineCameraResult result;
-  const double smallest = svd.singularValues()[3];
-  result.summary.condition =
-      smallest > 0 ? svd.singularValues()[0] / smallest : std::numeric_limits<double>::infinity();
+  result.summary.condition = spread[0] > 0 ? std::sqrt(spread[2] / spread[0]) : std::numeric_limits<double>::infinity();
   if (!(result.summary.condition < 1e6))
     throw InvalidInput(
         "camera: the landmarks lie in a plane of the model, so the pose is undetermined; "
         "add landmarks of other depth, such as the nose tip");
-  const Eigen::Matrix<double, 4, 2> P = svd.solve(T.apply(x));
-  // Undo the normalisations: scale_x (A X + b - centre_x) = P^T (scale_X (X - centre_X), 1).
-  result.camera.A = U.scale / T.scale * P.topRows<3>().transpose();
-  result.camera.b = P.row(3).transpose() / T.scale + T.centre.transpose() - result.camera.A * U.centre.transpose();
-  const Pixels projected = (X * result.camera.A.transpose()).rowwise() + result.camera.b.transpose();
+  const auto solve = [&](const Eigen::Matrix<double, 3, 2>& Xx) -> Eigen::Matrix<double, 3, 2> {
+    return eigen.eigenvectors() * spread.cwiseInverse().asDiagonal() * (eigen.eigenvectors().transpose() * Xx);
+  };
+  Eigen::Matrix<double, 3, 2> P = solve(sum.Xx);
+  // Normal equations square the condition; solving for what is left gives the digits back.
+  P += solve(scatter(X, X_mean, [&](Eigen::Index k, const Eigen::Vector3d& d) -> Eigen::Vector2d {
+               return x.row(k).transpose() - x_mean - P.transpose() * d;
+             }).Xx);
+  result.camera.A = P.transpose();
+  result.camera.b = x_mean - result.camera.A * X_mean;
   result.summary.points = static_cast<int>(X.rows());
-  result.summary.rms_px = std::sqrt((projected - x).rowwise().squaredNorm().mean());
+  double squares = 0;
+  for (Eigen::Index k = 0; k < X.rows(); ++k)
+    squares += (result.camera.project(X.row(k).transpose()) - x.row(k).transpose()).squaredNorm();
+  result.summary.rms_px = std::sqrt(squares / static_cast<double>(X.rows()));
   return result;
 }
 

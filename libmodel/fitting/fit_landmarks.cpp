@@ -2,12 +2,14 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/fitting/fit_landmarks.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
-#include <cmath>
+#include <limits>
+#include <memory>
 
 #include "libmodel/core/errors.h"
-#include "libmodel/fitting/fit_shape.h"
-#include "libmodel/fitting/orthographic_camera.h"
+#include "libmodel/fitting/image_fit.h"
 
 namespace facewright {
 namespace {
@@ -22,142 +24,96 @@ void check(const FitOptions& o) {
   expect(o.jaw_factor >= 1, "jaw_factor >= 1");
   expect(o.iterations >= 1, "iterations >= 1");
   expect(o.tolerance >= 0, "tolerance >= 0");
+  expect(o.expression.lambda >= 0, "expression.lambda >= 0");
+  expect(o.expression.blendshape_sigma > 0, "expression.blendshape_sigma > 0");
+  expect(o.expression.lower <= o.expression.upper, "expression.lower <= expression.upper");
+  expect(o.contour.rounds >= 0, "contour.rounds >= 0");
+  expect(o.contour.largest_distance > 0, "contour.largest_distance > 0");
 }
 
-std::string list(const std::vector<std::string>& names) {
-  std::string text;
-  for (size_t i = 0; i < std::min<size_t>(names.size(), 8); ++i) text += (i > 0 ? ", " : "") + names[i];
-  return text + (names.size() > 8 ? ", ..." : "");
-}
-
-/// State of one fit; each step is one line of the algorithm.
-class LandmarkFit {
+/// The images of one person and their common shape; each step is one line of the algorithm.
+class CommonShape {
  public:
-  LandmarkFit(const MorphableModel& model, const ImageLandmarks& landmarks, const FitOptions& options,
-              const LandmarkMapper& mapper)
-      : options_(options), seen_(observations(landmarks, model, mapper)) {
-    check(options);
-    for (const auto& [name, mark] : landmarks)
-      if (std::none_of(seen_.begin(), seen_.end(), [&, &n = name](const Observation& o) { return o.name == n; }))
-        result_.summary.unknown.push_back(name);
-    if (seen_.size() < 4)
-      throw InvalidInput("fit: expected at least 4 landmarks that the model has, got " + std::to_string(seen_.size()) +
-                         " of " + std::to_string(landmarks.size()) +
-                         (result_.summary.unknown.empty() ? "" : " (unknown: " + list(result_.summary.unknown) + ")") +
-                         "; check the landmark names against the model's");
-    const PcaModel* expression = model.expression() ? &*model.expression() : nullptr;
-    local_ = landmark_shape_model(seen_, model.shape(), options.modes, expression);
-    expression_modes_ = expression ? expression->mode_count() : 0;
-    pixels_.resize(static_cast<Eigen::Index>(seen_.size()), 2);
-    for (size_t k = 0; k < seen_.size(); ++k) pixels_.row(static_cast<Eigen::Index>(k)) = seen_[k].pixel.transpose();
-  }
+  CommonShape(const FitContext& context, std::vector<ImageFit*> images)
+      : context_(context), images_(std::move(images)), shape_(Eigen::VectorXd::Zero(context.rows.shape_modes())) {}
 
-  FitResult run() {
-    Eigen::VectorXd c = Eigen::VectorXd::Zero(local_.basis.cols());
-    FitSummary& summary = result_.summary;
-    start_pose(local_.points(c));
-    summary.stop = FitStop::iteration_limit;
-    while (summary.iterations < options_.iterations) {
-      const Eigen::VectorXd next =
-          fit_shape(local_, seen_, result_.camera, W_, options_.lambda, camera_derivative(local_.points(c)));
-      summary.last_change = next.size() > 0 ? (next - c).cwiseAbs().maxCoeff() : 0;
-      c = next;
-      update_pose(local_.points(c));
-      ++summary.iterations;
-      if (summary.last_change > options_.tolerance) continue;
-      summary.stop = FitStop::converged;
+  void run() {
+    stop_ = FitStop::iteration_limit;
+    while (iterations_ < context_.options.iterations) {
+      for (ImageFit* image : images_) image->linearise();
+      const Eigen::VectorXd next = solve();
+      change_ = next.size() > 0 ? (next - shape_).cwiseAbs().maxCoeff() : 0;
+      shape_ = next;
+      for (ImageFit* image : images_) change_ = std::max(change_, image->follow(shape_));
+      ++iterations_;
+      const bool outline_moves =
+          context_.options.jaw == JawMode::contour && iterations_ < context_.options.contour.rounds;
+      if (change_ > context_.options.tolerance || outline_moves) continue;
+      stop_ = FitStop::converged;
       break;
     }
-    finish(c);
-    return std::move(result_);
+  }
+
+  const Eigen::VectorXd& shape() const { return shape_; }
+
+  /// Of the last round's posterior: H^-1; infinite where nothing determines a coefficient.
+  Eigen::MatrixXd covariance() const {
+    const Eigen::Index M = shape_.size();
+    if (determined_ && M > 0) return solver_.solve(Eigen::MatrixXd::Identity(M, M));
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(M, M);
+    out.diagonal().setConstant(std::numeric_limits<double>::infinity());
+    return out;
+  }
+
+  template <typename Summary>
+  void report(Summary& summary) const {
+    summary.stop = stop_;
+    summary.iterations = iterations_;
+    summary.last_change = change_;
   }
 
  private:
-  /// The first camera, from the points that do not slide.
-  void start_pose(const Vertices& X) {
-    std::vector<Eigen::Index> rows;
-    for (size_t k = 0; k < seen_.size(); ++k)
-      if (seen_[k].jaw_place == 0 || seen_[k].jaw_place == 9 || options_.jaw == JawMode::fixed)
-        rows.push_back(static_cast<Eigen::Index>(k));
-    const AffineCameraResult start = estimate_affine_camera(X(rows, Eigen::all), pixels_(rows, Eigen::all));
-    result_.summary.start_condition = start.summary.condition;
-    result_.camera = start.camera;
-    result_.orthographic = nearest_orthographic(start.camera);
-    update_pose(X);
-  }
-
-  /// The shape step lets the camera follow to first order: plain turns take hundreds of rounds where a mode of the
-  /// shape looks like a turn of the head.
-  Eigen::MatrixXd camera_derivative(const Vertices& X) const {
-    return options_.camera == CameraKind::orthographic ? pixel_derivative(result_.orthographic, X)
-                                                       : pixel_derivative(X);
-  }
-
-  void update_pose(const Vertices& X) {
-    update_weights(X);
-    if (options_.camera == CameraKind::orthographic) {
-      result_.orthographic = refine_orthographic(result_.orthographic, X, pixels_, W_).camera;
-      result_.camera = result_.orthographic.affine();
-    } else {
-      std::vector<Eigen::Index> rows;
-      for (size_t k = 0; k < seen_.size(); ++k)
-        if (determines_point(W_[k])) rows.push_back(static_cast<Eigen::Index>(k));
-      result_.camera = estimate_affine_camera(X(rows, Eigen::all), pixels_(rows, Eigen::all)).camera;
-      result_.orthographic = nearest_orthographic(result_.camera);
+  /// The shape of all images' linearised residuals; bounded expressions and shape in turns until the same weights are
+  /// at their bounds as before: then both are the minimum together.
+  Eigen::VectorXd solve() {
+    Eigen::VectorXd shape = shape_;
+    for (ImageFit* image : images_)
+      if (context_.has_blendshapes) image->settle_expression(shape);
+    for (int turn = 0; turn < 20; ++turn) {
+      shape = solve_shape();
+      bool changed = false;
+      for (ImageFit* image : images_) changed = image->settle_expression(shape) || changed;
+      if (!changed) break;
     }
-    result_.pose = head_pose(result_.orthographic.R);
-    update_weights(X);
+    return shape;
   }
 
-  void update_weights(const Vertices& X) {
-    ObservationNoise noise;
-    noise.sigma_px = options_.sigma_px > 0 ? options_.sigma_px : options_.sigma_mm * result_.orthographic.s;
-    noise.jaw_factor = options_.jaw_factor;
-    noise.jaw = options_.jaw;
-    result_.summary.sigma_px = noise.sigma_px;
-    W_ = informations(seen_, projected(X), head_pose(result_.orthographic.R).yaw, noise);
+  Eigen::VectorXd solve_shape() {
+    const Eigen::Index M = shape_.size();
+    if (M == 0) return shape_;
+    H_.setZero(M, M);
+    g_.setZero(M);
+    for (const ImageFit* image : images_) image->add(H_, g_);
+    H_.diagonal().array() += context_.options.lambda;
+    solver_.compute(H_);
+    const Eigen::VectorXd D = solver_.vectorD();
+    determined_ = D.minCoeff() > 1e-13 * D.maxCoeff();
+    if (determined_) return solver_.solve(g_);
+    const Eigen::MatrixXd H = H_.selfadjointView<Eigen::Lower>();  // no prior: the solution of least norm
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> least;
+    least.setThreshold(1e-12);
+    return least.compute(H).solve(g_);
   }
 
-  Pixels projected(const Vertices& X) const {
-    return (X * result_.camera.A.transpose()).rowwise() + result_.camera.b.transpose();
-  }
-
-  void finish(const Eigen::VectorXd& c) {
-    FitSummary& summary = result_.summary;
-    result_.shape_coefficients = c.head(c.size() - expression_modes_);
-    result_.expression_coefficients = c.tail(expression_modes_);
-    const Pixels fitted = projected(local_.points(c));
-    double sum = 0;
-    int count = 0;
-    for (size_t k = 0; k < seen_.size(); ++k) {
-      const bool used = !W_[k].isZero(0);
-      summary.residuals.push_back(
-          {seen_[k].name, seen_[k].vertex, seen_[k].pixel, fitted.row(static_cast<Eigen::Index>(k)).transpose(), used});
-      if (!determines_point(W_[k])) continue;  // ignored, or free to slide
-      sum += (summary.residuals.back().measured - summary.residuals.back().fitted).squaredNorm();
-      ++count;
-    }
-    summary.rms_px = std::sqrt(sum / std::max(count, 1));
-    summary.outer_eye_distance_px = outer_eye_distance();
-    if (summary.outer_eye_distance_px > 0) summary.rms_percent = 100 * summary.rms_px / summary.outer_eye_distance_px;
-    summary.options = options_;
-  }
-
-  double outer_eye_distance() const {
-    const auto find = [&](const char* name) {
-      return std::find_if(seen_.begin(), seen_.end(), [&](const Observation& o) { return o.name == name; });
-    };
-    const auto right = find("37"), left = find("46");
-    return right == seen_.end() || left == seen_.end() ? 0 : (right->pixel - left->pixel).norm();
-  }
-
-  FitOptions options_;
-  std::vector<Observation> seen_;
-  LandmarkShapeModel local_;
-  Eigen::Index expression_modes_ = 0;
-  Pixels pixels_;
-  std::vector<Information> W_;
-  FitResult result_;
+  const FitContext& context_;
+  std::vector<ImageFit*> images_;
+  Eigen::VectorXd shape_, g_;
+  Eigen::MatrixXd H_;
+  Eigen::LDLT<Eigen::MatrixXd> solver_;
+  bool determined_ = true;
+  FitStop stop_ = FitStop::not_run;
+  int iterations_ = 0;
+  double change_ = 0;
 };
 
 }  // namespace
@@ -176,7 +132,55 @@ std::string to_string(FitStop stop) {
 
 FitResult fit_landmarks(const MorphableModel& model, const ImageLandmarks& landmarks, const FitOptions& options,
                         const LandmarkMapper& mapper) {
-  return LandmarkFit(model, landmarks, options, mapper).run();
+  check(options);
+  const FitContext context(model, options, mapper);
+  ImageFit image(context, landmarks);
+  CommonShape person(context, {&image});
+  person.run();
+  FitResult result = image.result(person.shape());
+  result.shape_covariance = person.covariance();
+  person.report(result.summary);
+  return result;
+}
+
+MultiFitResult fit_landmarks_multi(const MorphableModel& model, const std::vector<ImageLandmarks>& images,
+                                   const FitOptions& options, const LandmarkMapper& mapper) {
+  check(options);
+  const FitContext context(model, options, mapper);
+  MultiFitResult result;
+  result.images.resize(images.size());
+  std::vector<std::unique_ptr<ImageFit>> fits(images.size());
+  std::vector<ImageFit*> usable;
+  for (size_t i = 0; i < images.size(); ++i) try {
+      fits[i] = std::make_unique<ImageFit>(context, images[i]);
+      usable.push_back(fits[i].get());
+    } catch (const InvalidInput& e) {
+      result.summary.failed[i] = e.what();
+    }
+  if (usable.empty())
+    throw InvalidInput(images.empty() ? "fit: expected at least one image"
+                                      : "fit: none of the images can be used; the first: " +
+                                            result.summary.failed.begin()->second);
+  CommonShape person(context, usable);
+  person.run();
+  result.shape_coefficients = person.shape();
+  result.shape_covariance = person.covariance();
+  result.summary.used_images = static_cast<int>(usable.size());
+  person.report(result.summary);
+  for (size_t i = 0; i < images.size(); ++i) {
+    if (!fits[i]) continue;
+    result.images[i] = fits[i]->result(person.shape());
+    person.report(result.images[i].summary);
+  }
+  return result;
+}
+
+Mesh fitted_mesh(const MorphableModel& model, const FitResult& fit, int level) {
+  Mesh mesh = model.instance(fit.shape_coefficients, {}, level, fit.expression_coefficients);
+  for (const Blendshape& b : model.blendshapes())
+    if (const auto weight = fit.blendshape_weights.find(b.name); weight != fit.blendshape_weights.end())
+      mesh.V += weight->second * as_vertices(b.displacement.head(mesh.V.size()));
+  return mesh;
 }
 
 }  // namespace facewright

@@ -57,6 +57,10 @@ std::vector<Information> informations(const std::vector<Observation>& seen,
     const double sigma = (o.sigma_px > 0 ? o.sigma_px : noise.sigma_px) * (jaw ? noise.jaw_factor : 1);
     W[k] = Information::Identity() / (sigma * sigma);
     if (!jaw) continue;
+    if (noise.jaw == JawMode::contour) {
+      W[k].setZero();
+      continue;
+    }
     if (noise.jaw == JawMode::exclude) {
       if (o.jaw_place != chin) W[k].setZero();
       continue;

@@ -37,10 +37,12 @@ inline bool determines_point(const Information& W) {
 enum class JawMode {
   exclude,  ///< not used, but for the chin (9)
   slide,    ///< only their distance to the model's jaw line counts; those behind the turned face are dropped
-  fixed     ///< points like all others (3D-projected landmarks)
+  fixed,    ///< points like all others (3D-projected landmarks)
+  contour   ///< tied in every round to the visible outline of the posed face (fit_landmarks), free to slide along it
 };
 
 /// Weights of all observations at the current state: `projected` (K x 2) are the current model points, yaw in radians.
+/// JawMode::contour leaves the jaw without weight: its matches give it.
 struct ObservationNoise {
   double sigma_px = 1;    ///< standard deviation of a landmark without one of its own, pixels
   double jaw_factor = 2;  ///< jaw landmarks are that much less certain

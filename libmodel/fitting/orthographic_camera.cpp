@@ -4,8 +4,6 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -14,10 +12,15 @@
 namespace facewright {
 namespace {
 
-Eigen::Matrix3d nearest_rotation(const Eigen::Matrix3d& M) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d signs(1, 1, (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1);
-  return svd.matrixU() * signs.asDiagonal() * svd.matrixV().transpose();
+/// The rotation whose first two rows are nearest to the unit vectors u, v: both move by the same angle towards or away
+/// from each other until they are orthogonal (the polar factor in closed form).
+Eigen::Matrix3d nearest_rotation(const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
+  const Eigen::Vector3d p = (u + v).normalized(), q = (u - v).normalized();
+  Eigen::Matrix3d R;
+  R.row(0) = (p + q).normalized();
+  R.row(1) = (p - q).normalized();
+  R.row(2) = R.row(0).cross(R.row(1));
+  return R;
 }
 
 using Vector6 = Eigen::Matrix<double, 6, 1>;
@@ -34,8 +37,10 @@ Eigen::Matrix<double, 2, 6> jacobian(const OrthographicCamera& camera, const Eig
 OrthographicCamera moved(const OrthographicCamera& camera, const Vector6& step) {
   OrthographicCamera out = camera;
   const double angle = step.head<3>().norm();
-  if (angle > 0)
-    out.R = nearest_rotation(Eigen::AngleAxisd(angle, step.head<3>() / angle).toRotationMatrix() * camera.R);
+  if (angle > 0) {
+    const Eigen::Matrix3d R = Eigen::AngleAxisd(angle, step.head<3>() / angle).toRotationMatrix() * camera.R;
+    out.R = nearest_rotation(R.row(0), R.row(1));  // steps leave no rounding behind
+  }
   out.s = camera.s * std::exp(std::clamp(step[3], -1.0, 1.0));
   out.t += step.tail<2>();
   return out;
@@ -48,9 +53,13 @@ OrthographicCamera nearest_orthographic(const AffineCamera& camera) {
   const double l1 = r1.norm(), l2 = r2.norm();
   if (!(l1 > 0) || !(l2 > 0))
     throw InvalidInput("camera: an affine camera without scale has no orthographic neighbour");
-  Eigen::Matrix3d M;
-  M << r1.transpose() / l1, r2.transpose() / l2, (r1 / l1).cross(r2 / l2).transpose();
-  return {(l1 + l2) / 2, nearest_rotation(M), camera.b};
+  if (!((r1 / l1).cross(r2 / l2).squaredNorm() > 1e-24))
+    throw InvalidInput("camera: an affine camera with parallel rows has no orthographic neighbour");
+  return {(l1 + l2) / 2, nearest_rotation(r1 / l1, r2 / l2), camera.b};
+}
+
+OrthographicCamera estimate_orthographic_camera(const Vertices& X, const Pixels& x) {
+  return nearest_orthographic(estimate_affine_camera(X, x).camera);
 }
 
 Eigen::MatrixXd pixel_derivative(const OrthographicCamera& camera, const Vertices& X) {

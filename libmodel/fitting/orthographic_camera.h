@@ -11,8 +11,12 @@
 namespace facewright {
 
 /// The scaled-orthographic camera nearest to an affine one: scale = mean length of its rows, rotation = the nearest to
-/// their directions (by SVD). Throws InvalidInput if a row is zero.
+/// their directions. Throws InvalidInput if a row is zero or the rows are parallel.
 OrthographicCamera nearest_orthographic(const AffineCamera& camera);
+
+/// The linear estimate: nearest_orthographic of the affine camera of X (K x 3) mm, x (K x 2) pixels, K >= 4 and not in
+/// a plane. refine_orthographic makes it the least squares camera. O(K).
+OrthographicCamera estimate_orthographic_camera(const Vertices& X, const Pixels& x);
 
 struct OrthographicOptions {
   int iterations = 20;       ///< Gauss-Newton steps at most
