@@ -3,18 +3,10 @@
 #include "libmodel/interop/eos_model.h"
 
 #include "libmodel/core/errors.h"
-#include "libmodel/interop/byte_writer.h"
+#include "libmodel/interop/eos_binary.h"
 
 namespace facewright {
 namespace {
-
-// cereal's binary archive: sizes are 64 bit, matrices int32 rows, int32 columns, float32 by columns.
-void write_matrix(ByteWriter& out, const Eigen::MatrixXd& m) {
-  const Eigen::MatrixXf values = m.cast<float>();
-  out.value(static_cast<std::int32_t>(m.rows()));
-  out.value(static_cast<std::int32_t>(m.cols()));
-  out.array(values.data(), static_cast<size_t>(values.size()));
-}
 
 void write_triangles(ByteWriter& out, const Faces& F) {
   out.value(static_cast<std::uint64_t>(F.rows()));
@@ -23,9 +15,9 @@ void write_triangles(ByteWriter& out, const Faces& F) {
 
 void write_pca(ByteWriter& out, const PcaModel& pca, const Faces& F) {
   const bool empty = pca.empty();
-  write_matrix(out, pca.mean);
-  write_matrix(out, empty ? Eigen::MatrixXd(0, 0) : pca.basis);
-  write_matrix(out, pca.variances);
+  write_eos_matrix(out, pca.mean);
+  write_eos_matrix(out, empty ? Eigen::MatrixXd(0, 0) : pca.basis);
+  write_eos_matrix(out, pca.variances);
   write_triangles(out, empty ? Faces(0, 3) : F);
 }
 
@@ -46,6 +38,18 @@ void write_uv(ByteWriter& out, const TexCoords& uv) {
   }
 }
 
+// There is room for one kind: modes, else blendshapes.
+void write_expressions(ByteWriter& out, const MorphableModel& model) {
+  const bool none = !model.expression() && model.blendshapes().empty();
+  out.value(static_cast<std::uint8_t>(none ? 1 : 0));  // 1 = nothing follows
+  if (none) return;
+  out.value(static_cast<std::int32_t>(model.expression() ? kEosPcaExpressions : kEosBlendshapes));
+  if (model.expression())
+    write_pca(out, *model.expression(), model.faces());
+  else
+    write_eos_blendshapes(out, model.blendshapes());
+}
+
 }  // namespace
 
 std::string eos_model_bytes(const MorphableModel& model, int version) {
@@ -56,11 +60,7 @@ std::string eos_model_bytes(const MorphableModel& model, int version) {
   write_pca(out, model.shape(), model.faces());
   write_pca(out, model.colour(), model.faces());
   if (version == 4) {
-    out.value(static_cast<std::uint8_t>(model.expression() ? 0 : 1));  // 1 = nothing follows
-    if (model.expression()) {
-      out.value(std::int32_t{0});  // a PCA model, not blendshapes
-      write_pca(out, *model.expression(), model.faces());
-    }
+    write_expressions(out, model);
     out.value(static_cast<std::uint8_t>(model.landmarks().empty() ? 1 : 0));
     if (!model.landmarks().empty()) write_landmarks_table(out, model.landmarks());
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/interop/eos_companions.h"
 #include "libmodel/interop/eos_model.h"
 #include "libmodel/interop/exported_levels.h"
 #include "libmodel/interop/flame_npz.h"
@@ -18,7 +19,8 @@
 namespace facewright {
 
 const std::vector<std::string>& export_format_names() {
-  static const std::vector<std::string> names = {"obj", "ply", "eos", "npz", "statismo", "glb", "flame"};  // as ExportFormat
+  static const std::vector<std::string> names = {"obj",      "ply", "eos",  "npz",
+                                                 "statismo", "glb", "flame"};  // as ExportFormat
   return names;
 }
 
@@ -43,7 +45,8 @@ void export_model(const std::filesystem::path& path, const MorphableModel& model
   if (format == ExportFormat::obj) return write_obj(path, model.mean(level));
   if (format == ExportFormat::ply) return write_ply(path, model.mean(level));
   MorphableModel part = model.level(level);
-  if (format == ExportFormat::glb) return write_file(path, glb_bytes(part, {options.morph_targets, options.texture_size}));
+  if (format == ExportFormat::glb)
+    return write_file(path, glb_bytes(part, {options.morph_targets, options.texture_size}));
   if (options.basis == ExportBasis::orthonormal) part = orthonormalised(part);
   if (format == ExportFormat::eos) return write_file(path, eos_model_bytes(part, options.eos_version));
   if (format == ExportFormat::flame) return write_file(path, flame_npz_bytes(part));
@@ -82,6 +85,10 @@ void export_all(const std::filesystem::path& folder, const MorphableModel& model
     export_model(folder / ("model_" + v + ".glb"), model, l, ExportFormat::glb, options);
     write_file(folder / (eos + "_landmarks.txt"), eos_landmark_mapping(model));
     write_file(folder / (eos + "_contours.json"), contours_json(model, l));
+    if (model.blendshapes().empty())
+      std::filesystem::remove(folder / (eos + "_blendshapes.bin"));  // an earlier model's
+    else
+      write_file(folder / (eos + "_blendshapes.bin"), eos_blendshapes_bytes(model.level(l).blendshapes()));
     write_file(folder / (eos + "_edge_topology.json"), edge_topology_json(model.faces(l)));
     if (model.mirror().empty())
       std::filesystem::remove(folder / (eos + "_symmetry.txt"));  // an earlier model's

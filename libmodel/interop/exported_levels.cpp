@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/interop/eos_companions.h"
 #include "libmodel/interop/eos_model.h"
 #include "libmodel/interop/gltf.h"
 #include "libmodel/interop/level_files.h"
@@ -43,9 +44,9 @@ std::vector<int> read_symmetry(const fs::path& path) {
 }
 
 void read_contours(const fs::path& path, MorphableModelParts& p) {
-  const json contours = read_json(path).at("model_contour");
-  p.regions["right_contour"] = contours.at("right_contour").get<std::vector<int>>();
-  p.regions["left_contour"] = contours.at("left_contour").get<std::vector<int>>();
+  FaceContours contours = read_eos_contours(path);
+  p.regions["right_contour"] = std::move(contours.right);
+  p.regions["left_contour"] = std::move(contours.left);
 }
 
 void read_places(const fs::path& path, MorphableModelParts& p) {
@@ -99,6 +100,7 @@ MorphableModel read_eos_with_companions(const fs::path& path) {
     const fs::path stem = path.parent_path() / path.stem();
     const auto companion = [&](const char* end) { return fs::path(stem.string() + end); };
     if (fs::exists(companion("_contours.json"))) read_contours(companion("_contours.json"), p);
+    if (fs::exists(companion("_blendshapes.bin"))) p.blendshapes = read_eos_blendshapes(companion("_blendshapes.bin"));
     if (fs::exists(companion("_symmetry.txt"))) p.mirror = read_symmetry(companion("_symmetry.txt"));
     if (fs::exists(companion("_edge_topology.json"))) check_edges(companion("_edge_topology.json"), p.levels[0].F);
     return MorphableModel(std::move(p));

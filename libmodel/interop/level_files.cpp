@@ -34,6 +34,7 @@ MorphableModel as_in_files(const MorphableModel& model, int level) {
     p.colour =
         mean_alone(p.colour.mean.unaryExpr([](double c) { return linear_from_srgb(srgb8_from_linear(c) / 255.0); }));
   p.expression.reset();
+  p.blendshapes.clear();
   p.uv = p.uv.cast<float>().cast<double>();
   const FaceContours contours = model.contours(level);
   p.regions["right_contour"] = contours.right;

@@ -26,8 +26,9 @@ std::vector<ModelCheck> check_model(const MorphableModel& model);
 ModelCheck nesting_check(const NestingRow& row);
 
 /// The same for every level of a model file, plus the proof that each level is the leading part of the next finer one:
-/// everything stored with the levels is compared, with the largest deviation of each quantity (compare_levels), and the
-/// stored edge topology with the triangles. Throws IoError like load_model.
+/// everything stored with the levels is compared, with the largest deviation of each quantity (compare_levels), the
+/// stored edge topology with the triangles, and the orthonormal basis that a coarse level's group holds with the shared
+/// rows, through the stored map. Throws IoError like load_model.
 std::vector<ModelCheck> check_model_file(const std::filesystem::path& path);
 
 }  // namespace facewright

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -53,7 +54,18 @@ class Hdf5Reader {
   Hdf5Reader(const Hdf5Reader&) = delete;
   Hdf5Reader& operator=(const Hdf5Reader&) = delete;
 
+  const std::string& name() const { return name_; }
   bool has(const std::string& path) const;
+  /// Names in a group, in alphabetical order; empty if there is no such group.
+  std::vector<std::string> children(const std::string& group) const;
+  /// Rows and columns, as matrix() gives them.
+  struct Shape {
+    Eigen::Index rows = 0, cols = 0;
+  };
+  Shape shape(const std::string& path) const;
+  /// Where in the file the values of a matrix lie if they are plain: little-endian float32, all there, one after
+  /// another by rows. Nothing if they are not; then matrix() reads them.
+  std::optional<std::uint64_t> plain_floats(const std::string& path) const;
   /// Scalars come as 1 x 1, vectors as one column, any numeric type is converted.
   RowMatrixXd matrix(const std::string& path) const;
   RowMatrixXi integers(const std::string& path) const;
@@ -63,6 +75,8 @@ class Hdf5Reader {
  private:
   template <class Matrix>
   Matrix read(const std::string& path, std::int64_t memory_type) const;
+  std::int64_t open_numbers(const std::string& path) const;
+  Shape checked_shape(std::int64_t dataset, const std::string& path) const;
   std::string name_;
   std::int64_t file_ = -1;
 };

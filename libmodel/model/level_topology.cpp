@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/model/level_topology.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <set>
@@ -24,15 +25,6 @@ bool all_used(const Faces& F, int vertices) {
   return std::find(used.begin(), used.end(), false) == used.end();
 }
 
-// No directed edge occurs twice.
-bool turns_alike(const Faces& F) {
-  std::vector<std::pair<int, int>> directed;
-  for (Eigen::Index f = 0; f < F.rows(); ++f)
-    for (int k = 0; k < 3; ++k) directed.emplace_back(F(f, k), F(f, (k + 1) % 3));
-  std::sort(directed.begin(), directed.end());
-  return std::adjacent_find(directed.begin(), directed.end()) == directed.end();
-}
-
 int mirror_errors(const Faces& F, int vertices, const std::vector<int>& mirror) {
   int errors = 0;
   const auto image = [&](int v) { return mirror[static_cast<size_t>(v)]; };
@@ -48,6 +40,36 @@ int mirror_errors(const Faces& F, int vertices, const std::vector<int>& mirror) 
 
 }  // namespace
 
+bool consistently_oriented(const Faces& F) {
+  // The directed edges by their first vertex, which are few at each.
+  std::vector<int> begin(static_cast<size_t>(F.size() > 0 ? F.maxCoeff() + 2 : 1), 0),
+      to(static_cast<size_t>(F.size()));
+  for (Eigen::Index i = 0; i < F.size(); ++i) ++begin[static_cast<size_t>(F.data()[i]) + 1];
+  for (size_t v = 1; v < begin.size(); ++v) begin[v] += begin[v - 1];
+  std::vector<int> end = begin;
+  for (Eigen::Index f = 0; f < F.rows(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      const auto v = static_cast<size_t>(F(f, k));
+      const int other = F(f, (k + 1) % 3);
+      const auto first = to.begin() + begin[v], last = to.begin() + end[v];
+      if (std::find(first, last, other) != last) return false;
+      *last = other;
+      ++end[v];
+    }
+  return true;
+}
+
+double facing(const Vertices& V, const Faces& F) {
+  double seen = 0, area = 0;
+  for (Eigen::Index f = 0; f < F.rows(); ++f) {
+    const Eigen::Vector3d a = V.row(F(f, 0)), b = V.row(F(f, 1)), c = V.row(F(f, 2));
+    const Eigen::Vector3d normal = (b - a).cross(c - a);
+    seen += normal.z();
+    area += normal.norm();
+  }
+  return area > 0 ? seen / area : 0;
+}
+
 LevelTopology level_topology(const Faces& F, int vertices, const std::vector<int>& mirror) {
   LevelTopology t;
   t.vertices = vertices;
@@ -60,7 +82,7 @@ LevelTopology level_topology(const Faces& F, int vertices, const std::vector<int
   } catch (const InvalidInput&) {
     t.manifold = false;
   }
-  t.oriented = turns_alike(F);
+  t.oriented = consistently_oriented(F);
   t.has_mirror = !mirror.empty();
   if (t.has_mirror) t.mirror_errors = mirror_errors(F, vertices, mirror);
   return t;

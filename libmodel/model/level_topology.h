@@ -23,6 +23,14 @@ struct LevelTopology {
 /// O(M log M).
 LevelTopology level_topology(const Faces& F, int vertices, const std::vector<int>& mirror);
 
+/// Neighbouring triangles turn the same way round: no directed edge occurs twice. Indices must be >= 0. O(M).
+bool consistently_oriented(const Faces& F);
+
+/// How much of the surface faces +z: the sum of the triangles' areas as seen from +z, those seen from behind negative,
+/// over their whole area. About 0.6 for a face that is wound counter-clockwise as seen from outside, -0.6 the other way
+/// round, 0 for a closed surface or none. O(M).
+double facing(const Vertices& V, const Faces& F);
+
 /// Of every level of the model, coarsest first; with the mesh that the coarsest was refined from in front, if the model
 /// knows it (base_faces) and it is not a level itself.
 std::vector<LevelTopology> level_topologies(const MorphableModel& model);

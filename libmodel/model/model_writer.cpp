@@ -5,6 +5,7 @@
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/model/hdf5_archive.h"
 #include "libmodel/model/model_file.h"
+#include "libmodel/model/representer_reader.h"
 
 namespace facewright {
 namespace {
@@ -12,6 +13,12 @@ namespace {
 using nlohmann::json;
 
 const char* const kTool = "Facewright";
+
+/// What a level's statismo models hold.
+enum class LevelBasis {
+  shared,  ///< the model's own basis: the finest level
+  own      ///< an orthonormal one in place of cut rows, with the map to the shared coefficients
+};
 
 void write_version(Hdf5Writer& h5, const std::string& at) {
   h5.scalar(at + "/version/majorVersion", 0);
@@ -49,10 +56,20 @@ void write_representer(Hdf5Writer& h5, const std::string& at, const std::string&
   h5.attribute(at, "version", "0.1");
 }
 
-void write_submodel(Hdf5Writer& h5, const std::string& at, const PcaModel& pca, const MorphableModel& model) {
-  write_statistics(h5, at + "/model", pca);
-  write_model_info(h5, at + "/modelinfo", model);
-  write_version(h5, at);
+// Part "shape", "color" or "expression" of the level at `at`. Rows cut off an orthonormal basis become one of their
+// own.
+void write_submodel(Hdf5Writer& h5, const std::string& at, const std::string& part, const PcaModel& pca,
+                    const MorphableModel& model, LevelBasis basis) {
+  const std::string group = at + "/" + part;
+  if (basis == LevelBasis::own && pca.mode_count() > 0) {
+    const OrthonormalLevel level = orthonormal_level(pca);
+    write_statistics(h5, group + "/model", level.model);
+    h5.matrix(at + "/metadata/ext/shared_from_own/" + part, RowMatrixXd(level.own_from_shared.transpose()));
+  } else {
+    write_statistics(h5, group + "/model", pca);
+  }
+  write_model_info(h5, group + "/modelinfo", model);
+  write_version(h5, group);
 }
 
 void write_catalogue_entry(Hdf5Writer& h5, const std::string& at, const std::string& path, const std::string& type) {
@@ -114,10 +131,27 @@ RowMatrixXi parent_table(const std::vector<VertexParents>& parents) {
   return table;
 }
 
+void write_blendshapes(Hdf5Writer& h5, const std::string& at, const MorphableModel& model) {
+  const std::vector<Blendshape>& all = model.blendshapes();
+  if (all.empty()) return;
+  json names = json::array();
+  RowMatrixXf rows(static_cast<Eigen::Index>(all.size()), model.shape().mean.size());
+  for (size_t i = 0; i < all.size(); ++i) {
+    names.push_back(all[i].name);
+    rows.row(static_cast<Eigen::Index>(i)) = all[i].displacement.cast<float>();
+  }
+  h5.string(at + "/names", names.dump());
+  h5.matrix(at + "/displacements", rows);
+}
+
 // What statismo has no place for.
-void write_extension(Hdf5Writer& h5, const std::string& at, const MorphableModel& model) {
-  h5.string(at + "/format", "facewright-model 2");
-  h5.string(at + "/basis", model.shape().orthonormal ? "orthonormal" : "row-truncated");
+void write_extension(Hdf5Writer& h5, const std::string& at, const MorphableModel& model, LevelBasis basis) {
+  h5.string(at + "/format", "facewright-model 3");
+  h5.string(at + "/basis", basis == LevelBasis::own || model.shape().orthonormal ? "orthonormal" : "row-truncated");
+  h5.string(at + "/length_unit", kLengthUnit);
+  h5.string(at + "/axes", kAxes);
+  h5.string(at + "/winding", kWinding);
+  write_blendshapes(h5, at + "/blendshapes", model);
   h5.string(at + "/colourspace", "linear RGB, sRGB primaries");
   h5.string(at + "/landmark_vertices", landmark_vertex_json(model));
   h5.string(at + "/landmark_points", landmark_point_json(model));
@@ -132,37 +166,55 @@ void write_extension(Hdf5Writer& h5, const std::string& at, const MorphableModel
 }
 
 // One level as a morphable model of its own.
-void write_level(Hdf5Writer& h5, const std::string& at, const MorphableModel& model) {
+void write_level(Hdf5Writer& h5, const std::string& at, const MorphableModel& model, LevelBasis basis) {
   const std::string representer = at + "/shape/representer";
   h5.matrix(representer + "/points", RowMatrixXf(as_vertices(model.shape().mean).transpose().cast<float>()));
   h5.matrix(representer + "/cells", RowMatrixXi(model.faces().transpose()));
   write_representer(h5, representer, "gravis::MeshShapeRepresenter", "POLYGON_MESH");
-  write_submodel(h5, at + "/shape", model.shape(), model);
+  write_submodel(h5, at, "shape", model.shape(), model, basis);
   const auto write_data = [&](const std::string& name, const std::string& representer_name, const PcaModel& pca) {
-    for (const char* part : {"/points", "/cells"}) h5.link(at + name + "/representer" + part, representer + part);
-    write_representer(h5, at + name + "/representer", representer_name, "POLYGON_MESH_DATA");
-    write_submodel(h5, at + name, pca, model);
+    const std::string own = at + "/" + name + "/representer";
+    for (const char* dataset : {"/points", "/cells"}) h5.link(own + dataset, representer + dataset);
+    write_representer(h5, own, representer_name, "POLYGON_MESH_DATA");
+    write_submodel(h5, at, name, pca, model, basis);
   };
   if (model.has_colour()) {
-    write_data("/color", "gravis::MeshColorRepresenter", model.colour());
+    write_data("color", "gravis::MeshColorRepresenter", model.colour());
     h5.string(at + "/color/representer/colorspace", "RGB");
   }
-  if (model.expression()) write_data("/expression", "gravis::MeshExpressionRepresenter", *model.expression());
+  if (model.expression()) write_data("expression", "gravis::MeshExpressionRepresenter", *model.expression());
   write_version(h5, at);
   write_catalogue(h5, at, model);
   h5.string(at + "/metadata/landmarks/json", landmark_json(model));
-  write_extension(h5, at + "/metadata/ext", model);
+  write_extension(h5, at + "/metadata/ext", model, basis);
 }
 
 std::string level_path(int l) { return "/level" + std::to_string(l); }
 
+PcaModel rounded(const PcaModel& pca) {
+  return {pca.mean.cast<float>().cast<double>(), pca.basis.cast<float>().cast<double>(),
+          pca.variances.cast<float>().cast<double>(), pca.orthonormal};
+}
+
+// The numbers as the file keeps them, so that what follows from them, the levels' own bases, is the same when a loaded
+// model is saved.
+MorphableModel rounded(const MorphableModel& model) {
+  MorphableModelParts parts = model.parts();
+  parts.shape = rounded(parts.shape);
+  parts.colour = rounded(parts.colour);
+  if (parts.expression) parts.expression = rounded(*parts.expression);
+  return MorphableModel(std::move(parts));
+}
+
 }  // namespace
 
-std::string serialise_model(const MorphableModel& model) {
+std::string serialise_model(const MorphableModel& given) {
+  const MorphableModel model = rounded(given);
   Hdf5Writer h5;
   RowMatrixXi table(model.level_count(), 2);
   for (int l = 0; l < model.level_count(); ++l) {
-    write_level(h5, level_path(l), model.level(l));
+    const bool is_cut = l + 1 < model.level_count() && model.shape().orthonormal;
+    write_level(h5, level_path(l), model.level(l), is_cut ? LevelBasis::own : LevelBasis::shared);
     table.row(l) << model.vertex_count(l), static_cast<int>(model.faces(l).rows());
   }
   const std::string finest = level_path(model.level_count() - 1);

@@ -53,9 +53,13 @@ void check_parents(const MorphableModelParts& p, int n) {
          "a base triangle names a vertex that has parents");
 }
 
-void check_statistics(const MorphableModelParts& p) {
+void validate_statistics(const MorphableModelParts& p) {
   validate(p.shape);
   validate(p.colour);
+  if (p.expression) validate(*p.expression);
+}
+
+void check_statistics(const MorphableModelParts& p) {
   const auto n = p.shape.mean.size();
   expect(p.colour.empty() || p.colour.mean.size() == n, "shape and colour differ in their number of vertices");
   std::set<std::string> names;
@@ -64,16 +68,18 @@ void check_statistics(const MorphableModelParts& p) {
     expect(b.displacement.allFinite(), "blendshape '" + b.name + "' holds NaN or infinity");
     expect(!b.name.empty() && names.insert(b.name).second, "blendshape '" + b.name + "' has no name of its own");
   }
-  if (!p.expression) return;
-  validate(*p.expression);
-  expect(p.expression->mean.size() == n, "shape and expression differ in their number of vertices");
+  expect(!p.expression || p.expression->mean.size() == n, "shape and expression differ in their number of vertices");
 }
 
 PcaModel leading_rows_or_empty(const PcaModel& model, int n) { return model.empty() ? model : model.leading_rows(n); }
 
 // Marks as unit points of a triangle of F at their vertex.
 void attach(LandmarkSet& marks, const Faces& F) {
-  for (auto& [name, mark] : marks) mark.point = point_at_vertex(F, mark.vertex);
+  std::vector<int> vertices;
+  for (const auto& [name, mark] : marks) vertices.push_back(mark.vertex);
+  const std::vector<SurfacePoint> points = points_at_vertices(F, vertices);
+  size_t i = 0;
+  for (auto& [name, mark] : marks) mark.point = points[i++];
 }
 
 void check_landmarks(const MorphableModelParts& p) {
@@ -96,6 +102,16 @@ std::vector<int> below(const std::vector<int>& vertices, int n) {
 }  // namespace
 
 MorphableModel::MorphableModel(MorphableModelParts parts) : MorphableModel(std::move(parts), Unchecked{}) {
+  validate_statistics(*parts_);
+  check();
+}
+
+MorphableModel::MorphableModel(MorphableModelParts parts, ValidStatistics)
+    : MorphableModel(std::move(parts), Unchecked{}) {
+  check();
+}
+
+void MorphableModel::check() const {
   const MorphableModelParts& p = *parts_;
   const int n = static_cast<int>(p.shape.vertex_count());
   check_statistics(p);

@@ -60,6 +60,9 @@ class MorphableModel {
   MorphableModel() : MorphableModel(MorphableModelParts{}, Unchecked{}) {}
   /// Throws InvalidInput unless the parts fit together.
   explicit MorphableModel(MorphableModelParts parts);
+  /// For readers that have validated the statistics on the way: their numbers are not looked at again.
+  struct ValidStatistics {};
+  MorphableModel(MorphableModelParts parts, ValidStatistics);
 
   const MorphableModelParts& parts() const { return *parts_; }
   const PcaModel& shape() const { return parts_->shape; }
@@ -120,6 +123,7 @@ class MorphableModel {
   MorphableModel(MorphableModelParts parts, Unchecked)
       : parts_(std::make_shared<const MorphableModelParts>(std::move(parts))) {}
   const ModelLevel& at(int level) const;
+  void check() const;
 
   std::shared_ptr<const MorphableModelParts> parts_;
 };

@@ -34,6 +34,8 @@ class Comparison {
     if (coarse_.expression() || fine_.expression())
       compare(coarse_.expression().value_or(PcaModel{}), fine_.expression().value_or(PcaModel{}), "expression mean",
               "expression", "mm");
+    if (!coarse_.blendshapes().empty() || !fine_.blendshapes().empty())
+      add("blendshapes", blendshape_difference(), 0, "mm");
     if (coarse_.uv().rows() > 0 || fine_.uv().rows() > 0)
       add("texture coordinates", coarse_.uv().rows() == n_ ? difference(coarse_.uv(), fine_.uv()) : kMissing);
     if (!coarse_.landmarks().empty() || !fine_.landmarks().empty()) {
@@ -83,6 +85,16 @@ class Comparison {
     const double left = (W * (svd.matrixU() * svd.matrixV().transpose()) - X).cwiseAbs().maxCoeff();
     add(name + " basis rows up to a rotation", left, kRotated * X.cwiseAbs().maxCoeff(),
         unit + " per standard deviation");
+  }
+
+  double blendshape_difference() const {
+    const auto &part = coarse_.blendshapes(), &whole = fine_.blendshapes();
+    if (part.size() != whole.size()) return kMissing;
+    double worst = 0;
+    for (size_t i = 0; i < part.size(); ++i)
+      worst = std::max(
+          worst, part[i].name == whole[i].name ? difference(part[i].displacement, whole[i].displacement) : kMissing);
+    return worst;
   }
 
   double landmark_vertices() const {

@@ -73,4 +73,18 @@ SurfacePoint point_at_vertex(const Faces& F, int v) {
   return {};
 }
 
+std::vector<SurfacePoint> points_at_vertices(const Faces& F, const std::vector<int>& vertices) {
+  std::vector<SurfacePoint> points(vertices.size());
+  if (vertices.empty() || F.size() == 0) return points;
+  const int last = std::min(*std::max_element(vertices.begin(), vertices.end()), F.maxCoeff());
+  std::vector<Eigen::Index> first(static_cast<size_t>(last + 1), -1);  // corner of F, counted by rows
+  for (Eigen::Index i = F.size() - 1; i >= 0; --i)
+    if (F.data()[i] >= 0 && F.data()[i] <= last) first[static_cast<size_t>(F.data()[i])] = i;
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const Eigen::Index corner = vertices[i] < 0 || vertices[i] > last ? -1 : first[static_cast<size_t>(vertices[i])];
+    if (corner >= 0) points[i] = {static_cast<int>(corner / 3), Eigen::Vector3d::Unit(corner % 3)};
+  }
+  return points;
+}
+
 }  // namespace facewright

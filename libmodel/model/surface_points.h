@@ -20,5 +20,7 @@ SurfacePoint carry_point(const SurfacePoint& point, const Faces& coarse, int coa
 
 /// The first triangle of F at vertex v with barycentric coordinates 1, 0, 0; triangle -1 if there is none.
 SurfacePoint point_at_vertex(const Faces& F, int v);
+/// The same of several vertices, in O(M).
+std::vector<SurfacePoint> points_at_vertices(const Faces& F, const std::vector<int>& vertices);
 
 }  // namespace facewright

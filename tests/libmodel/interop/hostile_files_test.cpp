@@ -124,11 +124,25 @@ TEST_F(HostileFiles, AnEosFileEndsWithItsModel) {
   }
 }
 
-TEST_F(HostileFiles, EosTextureCoordinatesPerCornerAreRefused) {
-  std::string bytes = eos_model_bytes(model);
-  bytes.replace(bytes.size() - 8, 8, std::string("\x01\0\0\0\0\0\0\0", 8) + std::string(12, '\0'));
-  EXPECT_THAT([&] { read_eos_model(file("bad.bin", bytes)); },
-              ThrowsMessage<IoError>(HasSubstr("per triangle corner")));
+// Version 4 may have triangles of its own for the texture: the model's again, or others.
+TEST_F(HostileFiles, EosTextureTrianglesAreTakenToTheVerticesUnlessThereIsASeam) {
+  const std::string bytes = eos_model_bytes(model), whole = bytes.substr(0, bytes.size() - 8);
+  const auto with_triangles = [&](const Faces& own) {
+    const auto count = static_cast<std::uint64_t>(own.rows());
+    return whole + std::string(reinterpret_cast<const char*>(&count), 8) +
+           std::string(reinterpret_cast<const char*>(own.data()), static_cast<size_t>(own.size()) * sizeof(int));
+  };
+  Faces own = model.faces();
+  EXPECT_EQ(read_eos_model(file("same.bin", with_triangles(own))).uv(), read_eos_model(file("a.bin", bytes)).uv());
+  const auto refuses = [&](const std::string& what) {
+    EXPECT_THAT([&] { read_eos_model(file("bad.bin", with_triangles(own))); }, ThrowsMessage<IoError>(HasSubstr(what)));
+  };
+  own(0, 0) = (own(0, 0) + 1) % 20;
+  refuses("per triangle corner");
+  own(0, 0) = 20;
+  refuses("without coordinates");
+  own.conservativeResize(1, 3);
+  refuses("1 texture triangles");
 }
 
 TEST(EosLandmarkMapping, LeavesOutALandmarkWithoutName) {
@@ -141,7 +155,9 @@ TEST(EosLandmarkMapping, LeavesOutALandmarkWithoutName) {
 
 // Any byte of any file may be anything.
 TEST_F(HostileFiles, MangledFilesAreReadOrRefusedButNothingElse) {
-  const std::string npz = npz_bytes(model), glb = glb_bytes(model, {.modes = 3, .texture_size = 16, .morph_normals = false}), eos = eos_model_bytes(model);
+  const std::string npz = npz_bytes(model),
+                    glb = glb_bytes(model, {.modes = 3, .texture_size = 16, .morph_normals = false}),
+                    eos = eos_model_bytes(model);
   Random random(13);
   const auto mangled = [&](std::string bytes) {
     const auto header = static_cast<int>(std::min<size_t>(bytes.size(), 2000));

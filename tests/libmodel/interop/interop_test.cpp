@@ -30,6 +30,7 @@ namespace fs = std::filesystem;
 MorphableModel model_without_expression() {
   MorphableModelParts p = testing::random_parts(1);
   p.expression.reset();
+  p.blendshapes.clear();
   return MorphableModel(p);
 }
 

@@ -57,6 +57,9 @@ inline MorphableModelParts random_parts(std::uint64_t seed) {
   p.landmarks["31"] = {{0, Eigen::Vector3d::UnitX()}, 0};
   p.landmarks["9"] = {{5, Eigen::Vector3d::UnitX()}, p.levels[0].F(5, 0)};
   p.landmarks["left_ear"] = {{3, Eigen::Vector3d::UnitZ()}, p.levels[0].F(3, 2)};
+  for (const char* name : {"jaw_open", "smile"}) {
+    p.blendshapes.push_back({name, Eigen::VectorXd::NullaryExpr(120, [&] { return random.normal(); })});
+  }
   p.regions["left_contour"] = {1, 15, 33};
   p.regions["lips"] = {3, 4, 11, 19, 20, 39};
   p.provenance = {{"program", "test"}, {"options", "{\"variance_share\": 0.99}"}};
