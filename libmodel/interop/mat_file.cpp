@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/interop/mat_file.h"
 
+#include <hdf5.h>
 #include <matio.h>
 
 #include <algorithm>
@@ -15,11 +16,33 @@ namespace {
 
 constexpr std::uint64_t kBestRatio = 1032;  // of deflate: nothing in a file unpacks to more
 
+// HDF5 prints its errors unless told otherwise; ours say what is needed.
+class QuietHdf5 {
+ public:
+  QuietHdf5() {
+    H5Eget_auto2(H5E_DEFAULT, &report_, &data_);
+    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  }
+  ~QuietHdf5() { H5Eset_auto2(H5E_DEFAULT, report_, data_); }
+  QuietHdf5(const QuietHdf5&) = delete;
+  QuietHdf5& operator=(const QuietHdf5&) = delete;
+
+ private:
+  H5E_auto2_t report_ = nullptr;
+  void* data_ = nullptr;
+};
+
 struct FreeVariable {
-  void operator()(matvar_t* v) const { Mat_VarFree(v); }
+  void operator()(matvar_t* v) const {
+    const QuietHdf5 quiet;
+    Mat_VarFree(v);
+  }
 };
 struct CloseFile {
-  void operator()(mat_t* f) const { Mat_Close(f); }
+  void operator()(mat_t* f) const {
+    const QuietHdf5 quiet;
+    Mat_Close(f);
+  }
 };
 using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 
@@ -69,6 +92,7 @@ struct MatFile::Impl {
 };
 
 MatFile::MatFile(const std::filesystem::path& path) : impl_(std::make_unique<Impl>()) {
+  const QuietHdf5 quiet;
   impl_->path = path.string();
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
@@ -96,6 +120,7 @@ void MatFile::fail(const std::string& name, const std::string& what) const {
 }
 
 Eigen::MatrixXd MatFile::matrix(const std::string& name, Eigen::Index rows, Eigen::Index columns) const {
+  const QuietHdf5 quiet;
   const size_t dot = name.find('.');
   const std::string top = name.substr(0, dot);
   if (!has(top)) throw IoError(impl_->path, "there is no variable '" + top + "'");

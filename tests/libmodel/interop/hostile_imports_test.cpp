@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include <gmock/gmock.h>
+
+#include <limits>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/interop/export_model.h"
+#include "libmodel/interop/import_model.h"
+#include "tests/libmodel/interop/foreign_files.h"
+#include "tests/libmodel/interop/resealed_zip.h"
+#include "tests/support/temporary_directory.h"
+
+namespace facewright {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+namespace fs = std::filesystem;
+
+struct HostileImports : ::testing::Test {
+  TemporaryDirectory folder;
+  MorphableModelParts parts = testing::face_sheet_parts(2);
+
+  // One good file of each format.
+  std::map<std::string, std::string> good() const {
+    const MorphableModel model(parts);
+    for (const char* f : {"npz", "glb", "flame"})
+      export_model(folder / f, model, 0, export_format(f), {.texture_size = 16});
+    testing::write_mat(folder / "v5", testing::bfm_variables(parts));
+    testing::write_mat(folder / "v5z", testing::bfm_variables(parts), MAT_FT_MAT5, MAT_COMPRESSION_ZLIB);
+    testing::write_mat(folder / "v73", testing::bfm_variables(parts), MAT_FT_MAT73);
+    write_file(folder / "scm", testing::scm_bytes(parts));
+    std::map<std::string, std::string> files;
+    for (const char* f : {"npz", "glb", "flame", "v5", "v5z", "v73", "scm"}) files[f] = read_file(folder / f);
+    return files;
+  }
+  void survives(const std::string& bytes, const std::string& format = "auto") const {
+    write_file(folder / "bad.mat", bytes);
+    try {
+      import_model(folder / "bad.mat", {.format = format});
+    } catch (const IoError& error) {
+      EXPECT_THAT(error.what(), HasSubstr("bad.mat")) << "names the file";
+    }
+  }
+};
+
+TEST_F(HostileImports, FilesCutShortAreRefused) {
+  for (const auto& [format, bytes] : good())
+    for (int i = 0; i < 23; ++i) {
+      write_file(folder / "cut.mat", bytes.substr(0, bytes.size() * static_cast<size_t>(i) / 23));
+      EXPECT_THROW(import_model(folder / "cut.mat"), IoError) << format << " " << i;
+    }
+}
+
+TEST_F(HostileImports, MangledFilesAreReadOrRefusedButNothingElse) {
+  Random random(8);
+  for (const auto& [format, bytes] : good())
+    for (int trial = 0; trial < 60; ++trial) {
+      std::string bad = bytes;
+      const auto header = static_cast<int>(std::min<size_t>(bad.size(), 1500));
+      for (int k = 1 + random.index(5); k > 0; --k)
+        bad[static_cast<size_t>(random.index(k % 2 ? header : static_cast<int>(bad.size())))] =
+            static_cast<char>(random.index(256));
+      survives(bad);
+      if (bad.starts_with("PK")) survives(testing::resealed(bad));
+    }
+}
+
+TEST_F(HostileImports, OneFormatsFileReadAsAnotherIsRefused) {
+  for (const auto& [format, bytes] : good())
+    for (const std::string& as : import_format_names()) {
+      if (as == "ict") continue;
+      survives(bytes, as);
+    }
+}
+
+TEST_F(HostileImports, NotANumberIsRefusedByName) {
+  parts.shape.basis(5, 1) = std::numeric_limits<double>::quiet_NaN();
+  testing::write_mat(folder / "nan.mat", testing::bfm_variables(parts));
+  EXPECT_THAT([&] { import_model(folder / "nan.mat"); }, ThrowsMessage<IoError>(HasSubstr("'shapePC' holds NaN")));
+  write_file(folder / "nan.scm", testing::scm_bytes(parts));
+  EXPECT_THAT([&] { import_model(folder / "nan.scm"); }, ThrowsMessage<IoError>(HasSubstr("NaN")));
+}
+
+TEST_F(HostileImports, ArchivesThatLeadElsewhereOrPromiseTooMuchAreRefused) {
+  export_model(folder / "good.npz", MorphableModel(parts), 0, ExportFormat::flame);
+  const std::string bytes = read_file(folder / "good.npz");
+  const auto replaced = [&](const std::string& from, const std::string& to) {
+    std::string bad = bytes;
+    for (size_t at = bad.find(from); at != bad.npos; at = bad.find(from, at + to.size()))
+      bad.replace(at, from.size(), to);
+    write_file(folder / "bad.npz", bad);
+    return folder / "bad.npz";
+  };
+  const fs::path path = replaced("v_template.npy", "../../tmp/x.np");
+  EXPECT_THAT([&] { import_model(path); }, ThrowsMessage<IoError>(HasSubstr("no plain name")));
+  std::string bomb = bytes;  // a member that would unpack to 2 GB: method 8, size 0x7fffffff
+  const size_t entry = bomb.find("PK\x01\x02");
+  bomb[entry + 10] = 8;
+  bomb.replace(entry + 24, 4, "\xff\xff\xff\x7f");
+  write_file(folder / "bomb.npz", bomb);
+  EXPECT_THAT([&] { import_model(folder / "bomb.npz"); }, ThrowsMessage<IoError>(HasSubstr("cannot unpack")));
+  const fs::path pickled = replaced("'descr': '<f4'", "'descr': '|O'}");
+  EXPECT_THROW(import_model(pickled), IoError);
+}
+
+TEST_F(HostileImports, OtherThingsAreToldFromModelsWithACure) {
+  const auto refused = [&](const std::string& bytes, const std::string& what) {
+    write_file(folder / "thing", bytes);
+    EXPECT_THAT([&] { import_model(folder / "thing"); }, ThrowsMessage<IoError>(HasSubstr(what)));
+  };
+  refused("", "empty");
+  refused("\x80\x04\x95", "pickle");
+  refused("{\"a\": 1}", "JSON");
+  refused("hello, this is a text", "no model file");
+  testing::write_mat(folder / "other.mat", {{"a", Eigen::MatrixXd::Ones(2, 2)}});
+  EXPECT_THAT([&] { import_model(folder / "other.mat"); }, ThrowsMessage<IoError>(HasSubstr("it has a;")));
+  EXPECT_THAT([&] { import_model(folder.path()); }, ThrowsMessage<IoError>(HasSubstr("generic_neutral_mesh.obj")));
+}
+
+TEST_F(HostileImports, FoldersWhoseMeshesDifferAreRefusedByTheFile) {
+  testing::write_ict(folder / "ict", parts);
+  Mesh other;
+  other.V = as_vertices(parts.shape.mean).topRows(50);
+  write_obj(folder.path() / "ict/identity001.obj", other);
+  EXPECT_THAT([&] { import_model(folder / "ict"); }, ThrowsMessage<IoError>(HasSubstr("identity001.obj")));
+}
+
+}  // namespace
+}  // namespace facewright
