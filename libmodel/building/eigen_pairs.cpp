@@ -15,8 +15,9 @@
 namespace facewright {
 namespace {
 
-constexpr double kNoise = 1e-12;  // an eigenvalue below this share of the first is rounding
-constexpr int kFirstGuess = 150;  // pairs tried first: a face model at 99 % has 60 to 130 modes
+constexpr double kNoise = 1e-12;                       // an eigenvalue below this share of the first is rounding
+constexpr int kFirstLanczos = 64, kFirstRandom = 150;  // pairs tried first: a face model has 60 to 130 modes at 99 %
+constexpr int kRestarts = 20;  // of Lanczos: what is not found by then lies in a dense part of the spectrum
 constexpr int kOversampling = 20;
 constexpr int kMostPowerIterations = 10;
 constexpr double kResidual = 1e-10;
@@ -61,17 +62,26 @@ EigenPairs lanczos_eigenpairs(const Eigen::MatrixXd& G, double wanted, int max_p
   const int n = static_cast<int>(G.rows());
   const double total = G.trace();
   SymmetricProduct product(G, threads);
-  for (int k = max_pairs >= 0 ? std::max(1, max_pairs) : kFirstGuess; k < n / 2; k *= 2) {
+  for (int k = max_pairs >= 0 ? std::max(1, max_pairs) : kFirstLanczos; k < n / 2; k *= 2) {
     Spectra::SymEigsSolver<SymmetricProduct> solver(product, k, std::min(n, 2 * k + 20));
     solver.init();
-    solver.compute(Spectra::SortRule::LargestAlge, 100, 1e-11);
+    solver.compute(Spectra::SortRule::LargestAlge, kRestarts, 1e-11);
     // Where the rank is below k, the pairs without variance need not converge.
     EigenPairs pairs{solver.eigenvalues(), solver.eigenvectors(), static_cast<int>(solver.num_iterations())};
     if (pairs.values.size() == 0) break;
     if (enough(pairs.values, wanted, total) || (pairs.values.size() == k && k == max_pairs)) return pairs;
     if (pairs.values.size() < k) break;
   }
-  return all_eigenpairs(G);
+  const auto block_product = [&](const Eigen::MatrixXd& Q) {
+    Eigen::MatrixXd Y(n, Q.cols());
+    parallel_for(static_cast<int>(Q.cols() + 31) / 32, threads, [&](int b) {
+      const Eigen::Index first = 32 * b, count = std::min<Eigen::Index>(32, Q.cols() - first);
+      Y.middleCols(first, count).noalias() = G * Q.middleCols(first, count);
+    });
+    return Y;
+  };
+  const EigenPairs pairs = random_eigenpairs(block_product, n, wanted, max_pairs, 2);
+  return pairs.values.size() > 0 ? pairs : all_eigenpairs(G);
 }
 
 EigenPairs random_eigenpairs(const std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>& G, Eigen::Index n,
@@ -79,7 +89,7 @@ EigenPairs random_eigenpairs(const std::function<Eigen::MatrixXd(const Eigen::Ma
   Random random(kSeed);
   Eigen::MatrixXd Q(n, 0);
   EigenPairs pairs;
-  for (Eigen::Index k = max_pairs >= 0 ? std::max(1, max_pairs) : kFirstGuess; k + kOversampling < n / 2; k *= 2) {
+  for (Eigen::Index k = max_pairs >= 0 ? std::max(1, max_pairs) : kFirstRandom; k + kOversampling < n / 2; k *= 2) {
     Eigen::MatrixXd Y(n, k + kOversampling);
     Y.leftCols(Q.cols()) = Q;
     Y.rightCols(Y.cols() - Q.cols()) =

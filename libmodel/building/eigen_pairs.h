@@ -20,7 +20,8 @@ struct EigenPairs {
 EigenPairs all_eigenpairs(const Eigen::MatrixXd& G);
 
 /// At least so many leading eigenpairs of a positive semidefinite G that their values sum to `wanted` or reach the rank
-/// (or the first `max_pairs`, if >= 0), by implicitly restarted Lanczos. All of them where they are not few.
+/// (or the first `max_pairs`, if >= 0), by implicitly restarted Lanczos; by random
+/// subspaces where that gets stuck in a dense part of the spectrum. All of them where they are not few.
 EigenPairs lanczos_eigenpairs(const Eigen::MatrixXd& G, double wanted, int max_pairs, int threads);
 
 /// The same by subspace iteration from random vectors, Rayleigh and Ritz at the end, for a G (n x n) that is only known
