@@ -8,7 +8,7 @@ using namespace facewright;
 int main(int argc, char** argv) {
   CLI::App app(
       "Writes one level of a model for other programs: the mean as OBJ or PLY, the model as eos, statismo or "
-      "NumPy, mean and morph targets as glTF.",
+      "NumPy, also in the manner of FLAME, mean and named morph targets as glTF.",
       "export-model");
   CommonOptions common;
   add_common_options(app, common, CommonFlags::output, "export-model model.h5 --format eos --level 3448 -o face.bin");
@@ -21,7 +21,11 @@ int main(int argc, char** argv) {
   app.add_option("--basis", basis, "Basis of a coarse level: orthonormal, or shared coefficients with the other levels")
       ->check(CLI::IsMember({"orthonormal", "shared"}));
   app.add_option("--eos-version", options.eos_version, "Class version of the eos file")->check(CLI::IsMember({1, 4}));
-  app.add_option("--morph-targets", options.morph_targets, "Shape modes in a glTF file")->check(CLI::Range(0, 1000));
+  app.add_option("--morph-targets", options.morph_targets, "Leading modes of shape and expression in a glTF file")
+      ->check(CLI::Range(0, 1000));
+  app.add_option("--texture-size", options.texture_size,
+                 "glTF, OBJ: pixels of the texture; 0 = colours at the vertices")
+      ->check(CLI::Range(0, 8192));
   return run_program(argc, argv, app, common, [&] {
     options.basis = basis == "shared" ? ExportBasis::shared : ExportBasis::orthonormal;
     const MorphableModel model = load_model(input);

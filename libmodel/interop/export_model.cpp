@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/interop/baked_texture.h"
 #include "libmodel/interop/eos_companions.h"
 #include "libmodel/interop/eos_model.h"
 #include "libmodel/interop/exported_levels.h"
@@ -13,6 +14,7 @@
 #include "libmodel/interop/level_files.h"
 #include "libmodel/interop/npz.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/image_files.h"
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/model/model_file.h"
 
@@ -40,9 +42,21 @@ MorphableModel orthonormalised(const MorphableModel& model) {
   return MorphableModel(std::move(parts));
 }
 
+namespace {
+
+// With the colours as a picture beside it, where the mesh has a place for it.
+void write_textured_obj(const std::filesystem::path& path, const Mesh& mesh, int texture_size) {
+  if (!mesh.has_colours() || !mesh.has_uv() || texture_size == 0) return write_obj(path, mesh);
+  const std::filesystem::path texture = std::filesystem::path(path).replace_extension(".png");
+  write_png(texture, baked_texture(mesh, texture_size));
+  write_obj(path, mesh, ObjMaterial{texture.filename().string()});
+}
+
+}  // namespace
+
 void export_model(const std::filesystem::path& path, const MorphableModel& model, int level, ExportFormat format,
                   const ExportOptions& options) {
-  if (format == ExportFormat::obj) return write_obj(path, model.mean(level));
+  if (format == ExportFormat::obj) return write_textured_obj(path, model.mean(level), options.texture_size);
   if (format == ExportFormat::ply) return write_ply(path, model.mean(level));
   MorphableModel part = model.level(level);
   if (format == ExportFormat::glb)

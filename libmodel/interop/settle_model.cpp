@@ -237,8 +237,10 @@ class Settlement {
   }
 
   void cut(MorphableModelParts& p) {
+    const bool keep = options_.keep_columns;
+    if (!keep) note("bases: the rows that are left made orthonormal, other coefficients than the whole model's");
     const auto leading = [&](const PcaModel& pca) {
-      return pca.mode_count() > 0 ? pca.leading_rows(count_).orthonormalised() : pca.leading_rows(count_);
+      return pca.mode_count() > 0 && !keep ? pca.leading_rows(count_).orthonormalised() : pca.leading_rows(count_);
     };
     p.shape = leading(p.shape);
     if (!p.colour.empty()) p.colour = leading(p.colour);

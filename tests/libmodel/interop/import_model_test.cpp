@@ -6,7 +6,9 @@
 
 #include "libmodel/core/errors.h"
 #include "libmodel/interop/export_model.h"
+#include "libmodel/io/image_files.h"
 #include "libmodel/model/model_file.h"
+#include "libmodel/render/sampling.h"
 #include "tests/libmodel/interop/foreign_files.h"
 #include "tests/support/temporary_directory.h"
 
@@ -56,6 +58,19 @@ TEST_F(ImportModel, EveryExportComesBackAsTheSameFaces) {
     EXPECT_LT((result.model.blendshapes()[1].displacement - parts.blendshapes[1].displacement).cwiseAbs().maxCoeff(),
               1e-4);
   }
+}
+
+TEST_F(ImportModel, MeshesOfTheMeanCarryItsColoursAsTexture) {
+  export_model(folder / "mean.obj", model, 0, ExportFormat::obj, {.texture_size = 256});
+  EXPECT_EQ(texture_file(folder / "mean.obj"), folder / "mean.png");
+  const Image texture = read_image(folder / "mean.png");
+  const Mesh mean = model.mean();
+  double worst = 0;  // at vertices inside the map; neighbours mix in by what a texel spans
+  for (Eigen::Index v = 14; v < 14 + 11; ++v) {
+    const Eigen::Vector2d p = texel_position(mean.uv.row(v).transpose(), 256, 256);
+    worst = std::max(worst, (sample_linear(texture, p) - mean.colours.row(v).transpose()).cwiseAbs().maxCoeff());
+  }
+  EXPECT_LT(worst, 0.08);
 }
 
 TEST_F(ImportModel, EosComesBackChecked) {
@@ -152,6 +167,8 @@ TEST_F(ImportModel, LeadingVerticesAreTheSameFacesCut) {
   EXPECT_EQ(part.vertex_count(), kKept);
   const Vertices face = model.instance(Eigen::Vector4d(1, 2, -1, 0.5)).V.topRows(kKept);
   EXPECT_LT((part.project(face) - face).norm(), 1e-5);
+  const ImportOptions kept{.units = "cm", .keep_columns = true, .leading_vertices = kKept};
+  EXPECT_LT((import_model(folder / "ict", kept).model.instance(Eigen::Vector4d(1, 2, -1, 0.5)).V - face).norm(), 1e-5);
 }
 
 TEST_F(ImportModel, OptionsThatMeanNothingAreRefused) {
