@@ -40,4 +40,37 @@ struct OrthographicCamera {
   }
 };
 
+/// A pinhole camera: q = R x + t in camera axes (+x right, +y up, +z towards the viewer, the camera at the origin
+/// looking along -z, so that what it sees has q.z < 0); pixel = principal + focal_px * (q.x, -q.y) / depth. No lens
+/// distortion, square pixels.
+struct PerspectiveCamera {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d t = Eigen::Vector3d(0, 0, -1000);     ///< mm
+  double focal_px = 1000;                               ///< focal length, pixels
+  Eigen::Vector2d principal = Eigen::Vector2d::Zero();  ///< where the optical axis meets the image, pixels
+
+  Eigen::Vector3d in_camera(const Eigen::Vector3d& x) const { return R * x + t; }
+  /// Distance along the optical axis, mm; a point is seen if it is positive.
+  double depth(const Eigen::Vector3d& x) const { return -in_camera(x)[2]; }
+  Eigen::Vector2d project(const Eigen::Vector3d& x) const {
+    const Eigen::Vector3d q = in_camera(x);
+    return principal - focal_px / q[2] * Eigen::Vector2d(q[0], -q[1]);
+  }
+  /// Unit vector from x towards the camera, model coordinates.
+  Eigen::Vector3d towards_camera(const Eigen::Vector3d& x) const {
+    return -(R.transpose() * in_camera(x)).normalized();
+  }
+  /// The affine camera that agrees at x to first order.
+  AffineCamera affine_at(const Eigen::Vector3d& x) const {
+    const Eigen::Vector3d q = in_camera(x);
+    const double d = -q[2];
+    Eigen::Matrix<double, 2, 3> J;
+    J << 1, 0, q[0] / d, 0, -1, -q[1] / d;
+    AffineCamera c;
+    c.A = focal_px / d * J * R;
+    c.b = project(x) - c.A * x;
+    return c;
+  }
+};
+
 }  // namespace facewright
