@@ -3,100 +3,258 @@
 #include "libmodel/fitting/texture.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <string>
+#include <vector>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
 #include "libmodel/geometry/normals.h"
-#include "libmodel/render/rasterizer.h"
-#include "libmodel/render/sampling.h"
+#include "libmodel/render/linear_image.h"
+#include "libmodel/render/projection.h"
+#include "libmodel/render/scan_conversion.h"
+#include "libmodel/render/srgb_encoder.h"
 
 namespace facewright {
 namespace {
 
-double smoothstep(double x, double low, double high) {
-  const double t = std::clamp((x - low) / (high - low), 0.0, 1.0);
-  return t * t * (3 - 2 * t);
-}
-
-/// What the camera sees of a mesh: a z-buffer of its own resolution around the face.
-class Visibility {
- public:
-  Visibility(const Mesh& mesh, const AffineCamera& camera, const TextureOptions& options)
-      : towards_camera_(camera.towards_camera()) {
-    const TexCoords p = (mesh.V * camera.A.transpose()).rowwise() + camera.b.transpose();
-    const Eigen::Vector2d low = p.colwise().minCoeff(), high = p.colwise().maxCoeff();
-    const double scale = (options.depth_resolution - 5) / std::max((high - low).maxCoeff(), 1e-9);
-    camera_.A = scale * camera.A;
-    camera_.b = scale * (camera.b - low) + Eigen::Vector2d(2, 2);
-    const Eigen::Vector2d size = scale * (high - low) + Eigen::Vector2d(5, 5);
-    raster_ = rasterize(mesh.V, mesh.F, camera_, {static_cast<int>(size[0]), static_cast<int>(size[1]), false});
-    const Eigen::VectorXd depth = mesh.V * towards_camera_;
-    bias_ = options.depth_bias * (depth.maxCoeff() - depth.minCoeff());
-    pixel_mm_ = 1 / std::sqrt(camera_.A.row(0).cross(camera_.A.row(1)).norm());
-  }
-
-  /// A point of the surface of unit normal n: nothing lies before it. The z-buffer's depth varies within a pixel by
-  /// the slope of the surface, which is allowed for.
-  bool sees(const Eigen::Vector3d& x, const Eigen::Vector3d& n) const {
-    const double cosine = n.dot(towards_camera_);
-    if (cosine <= 0) return false;
-    const Eigen::Vector2d p = camera_.project(x);
-    const int i = static_cast<int>(std::lround(p[0])), j = static_cast<int>(std::lround(p[1]));
-    if (!raster_.inside(i, j)) return false;
-    const double slope = std::min(std::sqrt(std::max(0.0, 1 - cosine * cosine)) / cosine, 6.0);
-    const double nearest = raster_.depth[raster_.index(i, j)];  // -infinity where empty, just outside the outline
-    return nearest - x.dot(towards_camera_) <= bias_ + 0.71 * pixel_mm_ * slope;
-  }
-  double cosine(const Eigen::Vector3d& n) const { return n.dot(towards_camera_); }
-
- private:
-  AffineCamera camera_;
-  Eigen::Vector3d towards_camera_;
-  Raster raster_;
-  double bias_ = 0, pixel_mm_ = 1;
+/// The face before the camera, in quantities that are linear over each triangle.
+struct PosedFace {
+  ProjectedVertices projected;
+  Vertices place;                 ///< affine: pixel and depth; perspective: camera axes, mm
+  Vertices normals;               ///< affine: model axes; perspective: camera axes
+  Eigen::Vector3f view{0, 0, 1};  ///< affine: towards the camera
+  float focal = 0;                ///< 0: affine
+  Eigen::Vector2f principal{0, 0};
 };
 
-/// Averages n x n samples over the footprint of one texel, spanned by the pixel steps to its right and lower neighbour.
-class FootprintSampler {
+PosedFace pose(const Mesh& mesh, const AffineCamera& camera) {
+  PosedFace face;
+  face.projected = project_vertices(mesh.V, camera);
+  face.place.resize(mesh.V.rows(), 3);
+  face.place << face.projected.pixels, face.projected.depth;
+  face.normals = vertex_normals(mesh.V, mesh.F);
+  face.view = camera.towards_camera().cast<float>();
+  return face;
+}
+
+PosedFace pose(const Mesh& mesh, const PerspectiveCamera& camera) {
+  PosedFace face;
+  face.projected = project_vertices(mesh.V, camera);
+  face.place = (mesh.V * camera.R.transpose()).rowwise() + camera.t.transpose();
+  face.normals = vertex_normals(mesh.V, mesh.F) * camera.R.transpose();
+  face.focal = static_cast<float>(camera.focal_px);
+  face.principal = camera.principal.cast<float>();
+  return face;
+}
+
+/// A z-buffer of its own resolution round the face.
+class DepthMap {
  public:
-  FootprintSampler(const Image& image, const Mesh& mesh, const Faces& corners, const AffineCamera& camera, int size)
-      : image_(image), steps_(static_cast<size_t>(mesh.F.rows())) {
-    for (Eigen::Index f = 0; f < mesh.F.rows(); ++f) {
-      Eigen::Matrix<double, 3, 2> E;  // edges of the triangle, mm
-      Eigen::Matrix2d U;              // the same, in texture coordinates
-      for (int k = 0; k < 2; ++k) {
-        E.col(k) = (mesh.V.row(mesh.F(f, k + 1)) - mesh.V.row(mesh.F(f, 0))).transpose();
-        U.col(k) = (mesh.uv.row(corners(f, k + 1)) - mesh.uv.row(corners(f, 0))).transpose();
-      }
-      const double det = U(0, 0) * U(1, 1) - U(0, 1) * U(1, 0);
-      Eigen::Matrix2d step = Eigen::Matrix2d::Zero();
-      if (std::abs(det) > 1e-14) {
-        Eigen::Matrix2d inverse;
-        inverse << U(1, 1), -U(0, 1), -U(1, 0), U(0, 0);
-        step = camera.A * E * inverse / (det * size);
-      }
-      steps_[static_cast<size_t>(f)] = step;
+  DepthMap(const PosedFace& face, const Faces& F, const TextureOptions& options) {
+    ProjectedVertices p = face.projected;
+    const auto finite = p.pixels.array().isFinite().rowwise().all();
+    Eigen::RowVector2d low = Eigen::RowVector2d::Constant(1e30), high = -low;
+    double nearest = -1e30, farthest = 1e30;
+    for (Eigen::Index i = 0; i < p.pixels.rows(); ++i) {
+      if (!finite[i]) continue;
+      low = low.cwiseMin(p.pixels.row(i)), high = high.cwiseMax(p.pixels.row(i));
+      nearest = std::max(nearest, p.depth[i]), farthest = std::min(farthest, p.depth[i]);
     }
+    if (!(low[0] <= high[0])) return;
+    scale_ = static_cast<float>((options.depth_resolution - 5) / std::max((high - low).maxCoeff(), 1e-9));
+    shift_ = (Eigen::RowVector2d(2, 2) - double{scale_} * low).cast<float>().transpose();
+    p.pixels = (double{scale_} * p.pixels).rowwise() + shift_.cast<double>().transpose();
+    perspective_ = p.perspective();
+    bias_ = static_cast<float>(options.depth_bias * (nearest - farthest));
+    width_ = static_cast<int>(double{scale_} * (high - low)[0]) + 5;
+    height_ = static_cast<int>(double{scale_} * (high - low)[1]) + 5;
+    rows_.clear(0, width_, 0, height_);
+    for (const ScanList::Item& item : scan_list(p, F, height_, false).items) rows_.draw(item, width_);
   }
 
-  Eigen::Vector3d operator()(int f, const Eigen::Vector2d& p) const {
-    const Eigen::Matrix2d& step = steps_[static_cast<size_t>(f)];
-    const double reach = std::max(step.col(0).norm(), step.col(1).norm());
-    const int n = std::clamp(static_cast<int>(std::ceil(reach)), 1, 8);
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (int k = 0; k < n * n; ++k) {
-      const Eigen::Vector2d at((k % n + 0.5) / n - 0.5, (k / n + 0.5) / n - 0.5);
-      sum += sample_linear(image_, p + step * at);
-    }
-    return sum / (n * n);
+  /// Whether a point at pixel (x, y) is nearest to the camera. The depth varies within a pixel by the slope of the
+  /// surface, `tangent` per millimetre, which is allowed for; `pixel_mm` is a pixel of the image on the face.
+  bool sees(float x, float y, float depth, float tangent, float pixel_mm) const {
+    const float px = scale_ * x + shift_[0] + 0.5F, py = scale_ * y + shift_[1] + 0.5F;
+    if (!(px >= 0 && py >= 0)) return false;
+    const int i = static_cast<int>(px), j = static_cast<int>(py);
+    if (i >= width_ || j >= height_) return false;
+    const float z = rows_.z(j)[i];  // -infinity where empty, just outside the outline
+    const float nearest = perspective_ ? (z > 0 ? -1 / z : z) : z;
+    return nearest - depth <= bias_ + 0.71F * (pixel_mm / scale_) * tangent;
   }
 
  private:
-  const Image& image_;
-  std::vector<Eigen::Matrix2d> steps_;
+  VisibilityRows rows_;
+  Eigen::Vector2f shift_{0, 0};
+  float scale_ = 1, bias_ = 0;
+  int width_ = 0, height_ = 0;
+  bool perspective_ = false;
+};
+
+/// A triangle in the map: its place, normal and colour as planes over the texels, and how to sample the image there.
+struct TexturedTriangle {
+  static constexpr int kPlanes = 9;
+  std::array<std::array<float, 3>, kPlanes> planes{};  ///< value at the first corner, slopes
+  float x0 = 0, y0 = 0;
+  std::array<float, 4> step{};  ///< pixels of the image per texel: dx/di, dy/di, dx/dj, dy/dj
+  int level = 0, samples = 1;   ///< of the image
+  float pixel_mm = 1;           ///< a pixel of the image, seen from the front
+};
+
+TexturedTriangle prepare(const Mesh& mesh, const IsomapTexels& map, const PosedFace& face, int f) {
+  TexturedTriangle t;
+  const std::array<int, 3> v = {mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2)};
+  const BarycentricPlanes b(map.texels, map.corners(f, 0), map.corners(f, 1), map.corners(f, 2));
+  t.x0 = static_cast<float>(b.x0), t.y0 = static_cast<float>(b.y0);
+  const auto store = [&](int at, const Vertices& rows) {
+    for (int k = 0; k < 3; ++k) {
+      const ScreenPlane q = b.plane(rows(v[0], k), rows(v[1], k), rows(v[2], k));
+      t.planes[static_cast<size_t>(at + k)] = {static_cast<float>(q.value), static_cast<float>(q.dx),
+                                               static_cast<float>(q.dy)};
+    }
+  };
+  store(0, face.place), store(3, face.normals);
+  if (mesh.has_colours()) store(6, mesh.colours);
+  const TexCoords& p = face.projected.pixels;
+  const ScreenPlane x = b.plane(p(v[0], 0), p(v[1], 0), p(v[2], 0)), y = b.plane(p(v[0], 1), p(v[1], 1), p(v[2], 1));
+  t.step = {static_cast<float>(x.dx), static_cast<float>(y.dx), static_cast<float>(x.dy), static_cast<float>(y.dy)};
+  const float reach = std::max(std::hypot(t.step[0], t.step[1]), std::hypot(t.step[2], t.step[3]));
+  if (reach > 1.001F) {
+    t.level = std::min(static_cast<int>(std::log2(reach)), 12);
+    t.samples = 2;
+  }
+  return t;
+}
+
+float inverse_root(float x) {
+  float y = std::bit_cast<float>(0x5f3759df - (std::bit_cast<std::int32_t>(x) >> 1));
+  for (int k = 0; k < 3; ++k) y *= 1.5F - 0.5F * x * y * y;
+  return y;
+}
+
+/// Colours the texels of a row, one run after the other.
+class Extractor {
+ public:
+  Extractor(const Mesh& mesh, const IsomapTexels& map, const PosedFace& face, const Image& image,
+            const TextureOptions& options)
+      : map_(map),
+        face_(face),
+        options_(options),
+        depth_(face, mesh.F, options),
+        triangles_(static_cast<size_t>(mesh.F.rows())),
+        fill_hidden_(mesh.has_colours()),
+        limit_x_(static_cast<float>(image.width) - 0.5F),
+        limit_y_(static_cast<float>(image.height) - 0.5F),
+        image_(whole_or_part(mesh, image)) {}
+
+  void row(int y, Image& isomap) const {
+    for (int r = map_.row_start[static_cast<size_t>(y)]; r < map_.row_start[static_cast<size_t>(y) + 1]; ++r)
+      run(map_.runs[static_cast<size_t>(r)], y, isomap.pixel(0, y));
+  }
+  double pixels_per_texel(int triangle) const {
+    const auto& s = triangles_[static_cast<size_t>(triangle)].step;
+    return std::abs(s[0] * s[3] - s[1] * s[2]);
+  }
+
+ private:
+  /// Prepares the triangles; the part of the image that they reach, with as many levels as they need.
+  LinearImage whole_or_part(const Mesh& mesh, const Image& image) {
+    int levels = 1;
+    std::vector<double> mm(triangles_.size(), 1);
+    for (size_t f = 0; f < triangles_.size(); ++f) {
+      triangles_[f] = prepare(mesh, map_, face_, static_cast<int>(f));
+      levels = std::max(levels, triangles_[f].level + 1);
+    }
+    set_pixel_mm(mesh);
+    const PixelBox box = pixel_box(face_.projected.pixels, image.width, image.height);
+    const int margin = 2 << levels;  // the neighbourhood of the smallest copy
+    LinearImage linear(image, levels, (box.left - margin) >> levels << levels, (box.top - margin) >> levels << levels,
+                       box.right + margin, box.bottom + margin);
+    for (TexturedTriangle& t : triangles_) t.level = std::min(t.level, linear.levels() - 1);
+    return linear;
+  }
+  void set_pixel_mm(const Mesh& mesh) {
+    for (size_t f = 0; f < triangles_.size(); ++f) {
+      if (face_.focal > 0) {
+        triangles_[f].pixel_mm = std::abs(triangles_[f].planes[2][0]) / face_.focal;
+      } else if (f > 0) {
+        triangles_[f].pixel_mm = triangles_[0].pixel_mm;
+      } else {  // area on the screen against area seen from the front, over the whole mesh
+        triangles_[0].pixel_mm = affine_pixel_mm(mesh);
+      }
+    }
+  }
+  float affine_pixel_mm(const Mesh& mesh) const {
+    double screen = 0, front = 0;
+    const Eigen::Vector3d view = face_.view.cast<double>();
+    for (Eigen::Index f = 0; f < mesh.F.rows(); ++f) {
+      const BarycentricPlanes b(face_.projected.pixels, mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2));
+      const Eigen::Vector3d a = mesh.V.row(mesh.F(f, 0)), u = mesh.V.row(mesh.F(f, 1)), v = mesh.V.row(mesh.F(f, 2));
+      screen += std::abs(b.area2), front += std::abs((u - a).cross(v - a).dot(view));
+    }
+    return static_cast<float>(std::sqrt(front / std::max(screen, 1e-12)));
+  }
+
+  void run(const IsomapTexels::Run& r, int y, std::uint8_t* row) const {
+    const TexturedTriangle& t = triangles_[static_cast<size_t>(r.triangle)];
+    const LinearImage::Sampler sample = image_.sampler(t.level);
+    const float dy = static_cast<float>(y) - t.y0;
+    for (int x = r.begin; x < r.end; ++x) {
+      const float dx = static_cast<float>(x) - t.x0;
+      const auto at = [&](size_t k) { return t.planes[k][0] + t.planes[k][1] * dx + t.planes[k][2] * dy; };
+      const Texel texel = look(at(0), at(1), at(2), at(3), at(4), at(5), t.pixel_mm);
+      std::uint8_t* out = row + 4 * static_cast<ptrdiff_t>(x);
+      if (texel.alpha > 0) {
+        encode_.write(colour(t, sample, texel.x, texel.y), out);
+        out[3] = texel.alpha;
+      } else if (fill_hidden_) {
+        encode_.write(Float4{at(6), at(7), at(8), 1}, out);
+      }
+    }
+  }
+
+  struct Texel {
+    float x, y;
+    std::uint8_t alpha;
+  };
+  Texel look(float a, float b, float c, float nx, float ny, float nz, float pixel_mm) const {
+    float x = a, y = b, depth = c, facing = nx * face_.view[0] + ny * face_.view[1] + nz * face_.view[2];
+    float length2 = nx * nx + ny * ny + nz * nz;
+    if (face_.focal > 0) {
+      facing = -(nx * a + ny * b + nz * c), length2 *= a * a + b * b + c * c;
+      x = face_.principal[0] - face_.focal * a / c, y = face_.principal[1] + face_.focal * b / c;
+    }
+    if (!(facing > 0) || !(x >= -0.5F && y >= -0.5F && x <= limit_x_ && y <= limit_y_)) return {x, y, 0};
+    const float cosine = std::min(facing * inverse_root(length2), 1.0F);
+    const auto low = static_cast<float>(options_.hidden_cosine), high = static_cast<float>(options_.full_cosine);
+    if (cosine <= low) return {x, y, 0};
+    const float sine2 = std::max(1 - cosine * cosine, 1e-12F);
+    const float tangent = std::min(sine2 * inverse_root(sine2) / cosine, 6.0F);
+    if (!depth_.sees(x, y, depth, tangent, pixel_mm)) return {x, y, 0};
+    const float s = std::min((cosine - low) / (high - low), 1.0F);
+    return {x, y, static_cast<std::uint8_t>(255 * s * s * (3 - 2 * s) + 0.5F)};
+  }
+  Float4 colour(const TexturedTriangle& t, const LinearImage::Sampler& sample, float x, float y) const {
+    if (t.samples == 1) return sample(x, y);
+    const float ix = t.step[0] / 4, iy = t.step[1] / 4, jx = t.step[2] / 4, jy = t.step[3] / 4;
+    return broadcast4(0.25F) * ((sample(x - ix - jx, y - iy - jy) + sample(x + ix - jx, y + iy - jy)) +
+                                (sample(x - ix + jx, y - iy + jy) + sample(x + ix + jx, y + iy + jy)));
+  }
+
+  const IsomapTexels& map_;
+  const PosedFace& face_;
+  const TextureOptions& options_;
+  DepthMap depth_;
+  std::vector<TexturedTriangle> triangles_;
+  bool fill_hidden_;
+  float limit_x_, limit_y_;
+  LinearImage image_;
+  const SrgbEncoder& encode_ = SrgbEncoder::get();
 };
 
 void check(const Mesh& mesh, const Image& image, const TextureOptions& o) {
@@ -109,62 +267,65 @@ void check(const Mesh& mesh, const Image& image, const TextureOptions& o) {
     throw InvalidInput("texture options: expected 0 <= hidden_cosine < full_cosine <= 1 and depth_bias >= 0");
 }
 
-bool inside(const Image& image, const Eigen::Vector2d& p) {
-  return p[0] >= -0.5 && p[1] >= -0.5 && p[0] <= image.width - 0.5 && p[1] <= image.height - 0.5;
+void summarise(TextureResult& result, const IsomapTexels& map, const Extractor& extractor) {
+  TextureSummary& summary = result.summary;
+  summary.mapped_texels = map.count;
+  long long sum = 0;
+  double area = 0;
+  for (int y = 0; y < map.size; ++y)
+    for (int r = map.row_start[static_cast<size_t>(y)]; r < map.row_start[static_cast<size_t>(y) + 1]; ++r) {
+      const IsomapTexels::Run& run = map.runs[static_cast<size_t>(r)];
+      int seen = 0;
+      for (int x = run.begin; x < run.end; ++x) {
+        const int alpha = result.isomap.pixel(x, y)[3];
+        seen += alpha > 0, sum += alpha;
+      }
+      summary.visible_texels += seen;
+      area += seen * extractor.pixels_per_texel(run.triangle);
+    }
+  summary.mean_alpha = static_cast<double>(sum) / 255 / std::max(map.count, 1);
+  summary.resolution = std::sqrt(area / std::max(summary.visible_texels, 1));
 }
 
-Raster texture_raster(const Mesh& mesh, const Faces& corners, int size) {
-  TexCoords texels(mesh.uv.rows(), 2);
-  for (Eigen::Index i = 0; i < mesh.uv.rows(); ++i)
-    texels.row(i) = texel_position(mesh.uv.row(i).transpose(), size, size).transpose();
-  return rasterize_flat(texels, corners, size, size);
-}
-
-void set(std::uint8_t* texel, const Eigen::Vector3d& linear, double alpha) {
-  for (int k = 0; k < 3; ++k) texel[k] = srgb8_from_linear(linear[k]);
-  texel[3] = static_cast<std::uint8_t>(std::lround(255 * alpha));
+TextureResult extract(const Mesh& mesh, const IsomapTexels& map, const Image& image, const PosedFace& face,
+                      const TextureOptions& options) {
+  if (map.corners.rows() != mesh.F.rows())
+    throw InvalidInput("texture: the texels are of a mesh with " + std::to_string(map.corners.rows()) +
+                       " triangles, this one has " + std::to_string(mesh.F.rows()));
+  const Extractor extractor(mesh, map, face, image, options);
+  TextureResult result;
+  result.isomap = Image(map.size, map.size, 4);
+  parallel_blocks(map.size, options.threads, [&](int first, int last) {
+    for (int y = first; y < last; ++y) extractor.row(y, result.isomap);
+  });
+  summarise(result, map, extractor);
+  return result;
 }
 
 }  // namespace
 
+TextureResult extract_texture(const Mesh& mesh, const IsomapTexels& texels, const Image& image,
+                              const AffineCamera& camera, const TextureOptions& options) {
+  check(mesh, image, options);
+  return extract(mesh, texels, image, pose(mesh, camera), options);
+}
+
+TextureResult extract_texture(const Mesh& mesh, const IsomapTexels& texels, const Image& image,
+                              const PerspectiveCamera& camera, const TextureOptions& options) {
+  check(mesh, image, options);
+  return extract(mesh, texels, image, pose(mesh, camera), options);
+}
+
 TextureResult extract_texture(const Mesh& mesh, const Image& image, const AffineCamera& camera,
                               const TextureOptions& options) {
   check(mesh, image, options);
-  const Faces& corners = mesh.uv_faces.rows() > 0 ? mesh.uv_faces : mesh.F;
-  const Raster map = texture_raster(mesh, corners, options.size);
-  const Vertices normals = vertex_normals(mesh.V, mesh.F);
-  const Visibility visibility(mesh, camera, options);
-  const FootprintSampler sample(image, mesh, corners, camera, options.size);
-  TextureResult result;
-  result.isomap = Image(options.size, options.size, 4);
-  parallel_for(options.size, options.threads, [&](int y) {
-    for (int x = 0; x < options.size; ++x) {
-      const size_t at = map.index(x, y);
-      const int f = map.triangle[at];
-      if (f < 0) continue;
-      const auto& b = map.barycentric[at];
-      const auto mix = [&](const Vertices& rows) -> Eigen::Vector3d {
-        return (b[0] * rows.row(mesh.F(f, 0)) + b[1] * rows.row(mesh.F(f, 1)) + b[2] * rows.row(mesh.F(f, 2)))
-            .transpose();
-      };
-      const Eigen::Vector3d X = mix(mesh.V), n = mix(normals).normalized();
-      const Eigen::Vector2d p = camera.project(X);
-      const bool seen = inside(image, p) && visibility.sees(X, n);
-      const double alpha = seen ? smoothstep(visibility.cosine(n), options.hidden_cosine, options.full_cosine) : 0;
-      const bool filler = alpha == 0 && mesh.has_colours();
-      if (alpha > 0 || filler) set(result.isomap.pixel(x, y), filler ? mix(mesh.colours) : sample(f, p), alpha);
-    }
-  });
-  TextureSummary& summary = result.summary;
-  for (size_t i = 0; i < map.triangle.size(); ++i) {
-    if (map.triangle[i] < 0) continue;
-    const int alpha = result.isomap.data[4 * i + 3];
-    ++summary.mapped_texels;
-    summary.visible_texels += alpha > 0;
-    summary.mean_alpha += alpha / 255.0;
-  }
-  summary.mean_alpha /= std::max(summary.mapped_texels, 1);
-  return result;
+  return extract(mesh, isomap_texels(mesh, options.size), image, pose(mesh, camera), options);
+}
+
+TextureResult extract_texture(const Mesh& mesh, const Image& image, const PerspectiveCamera& camera,
+                              const TextureOptions& options) {
+  check(mesh, image, options);
+  return extract(mesh, isomap_texels(mesh, options.size), image, pose(mesh, camera), options);
 }
 
 }  // namespace facewright

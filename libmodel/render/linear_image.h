@@ -3,9 +3,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <cstddef>
 #include <vector>
 
 #include "libmodel/core/image.h"
+#include "libmodel/render/simd4.h"
 
 namespace facewright {
 
@@ -28,28 +30,52 @@ class LinearImage {
   int height() const { return levels_[0].height; }
   bool opaque() const { return opaque_; }  ///< alpha is 1 everywhere
 
-  /// Bilinear sample of one level at a pixel position (x, y) of the image.
-  Rgba sample(float x, float y, int level = 0) const {
+  /// One level, by value, for inner loops.
+  class Sampler {
+   public:
+    /// Bilinear sample at a pixel position (x, y) of the image.
+    Float4 operator()(float x, float y) const {
+      const float px = clamp(x * scale + left, x_limit), py = clamp(y * scale + top, y_limit);
+      const int i = static_cast<int>(px), j = static_cast<int>(py);
+      const float* p = texels + 4 * (static_cast<ptrdiff_t>(j) * stride + i);
+      const float* q = p + 4 * static_cast<ptrdiff_t>(stride);
+      const Float4 fx = broadcast4(px - static_cast<float>(i)), fy = broadcast4(py - static_cast<float>(j));
+      const Float4 a = load4<Float4>(p), b = load4<Float4>(q);
+      const Float4 upper = a + fx * (load4<Float4>(p + 4) - a), lower = b + fx * (load4<Float4>(q + 4) - b);
+      return upper + fy * (lower - upper);
+    }
+
+   private:
+    friend class LinearImage;
+    static float clamp(float x, float limit) {
+      const float positive = x > 0 ? x : 0;  // NaN becomes 0
+      return positive < limit ? positive : limit;
+    }
+    const float* texels = nullptr;
+    int stride = 0;
+    float left = 0, top = 0, scale = 1, x_limit = 0, y_limit = 0;
+  };
+  Sampler sampler(int level) const {
     const Level& from = levels_[static_cast<size_t>(level)];
-    const float px = clamp((x - left_) * from.scale + from.shift, from.x_limit);
-    const float py = clamp((y - top_) * from.scale + from.shift, from.y_limit);
-    const int i = static_cast<int>(px), j = static_cast<int>(py);
-    const float fx = px - static_cast<float>(i), fy = py - static_cast<float>(j);
-    const float* p =
-        from.texels.data() + 4 * (static_cast<size_t>(j) * static_cast<size_t>(from.stride) + static_cast<size_t>(i));
-    const float* q = p + 4 * static_cast<size_t>(from.stride);
-    const Rgba a = at(p), b = at(q);
-    const Rgba upper = a + fx * (at(p + 4) - a), lower = b + fx * (at(q + 4) - b);
-    return upper + fy * (lower - upper);
+    Sampler s;
+    s.texels = from.texels.data(), s.stride = from.stride;
+    s.scale = from.scale, s.left = from.shift - from.scale * left_, s.top = from.shift - from.scale * top_;
+    s.x_limit = from.x_limit, s.y_limit = from.y_limit;
+    return s;
+  }
+
+  Rgba sample(float x, float y, int level = 0) const {
+    const Float4 v = sampler(level)(x, y);
+    return Rgba(v[0], v[1], v[2], v[3]);
   }
   /// Between two levels, `lod` = log2 of the pixels per sample; 0 and less is the image itself.
-  Rgba sample_trilinear(float x, float y, float lod) const {
-    if (!(lod > 0) || levels() == 1) return sample(x, y);
+  Float4 trilinear(float x, float y, float lod) const {
     const float top = static_cast<float>(levels() - 1);
-    if (lod >= top) return sample(x, y, levels() - 1);
+    if (!(lod > 0) || top == 0) return sampler(0)(x, y);
+    if (lod >= top) return sampler(levels() - 1)(x, y);
     const int level = static_cast<int>(lod);
-    const Rgba fine = sample(x, y, level), coarse = sample(x, y, level + 1);
-    return fine + (lod - static_cast<float>(level)) * (coarse - fine);
+    const Float4 fine = sampler(level)(x, y), coarse = sampler(level + 1)(x, y);
+    return fine + broadcast4(lod - static_cast<float>(level)) * (coarse - fine);
   }
 
  private:
@@ -58,10 +84,6 @@ class LinearImage {
     float scale = 1, shift = 0, x_limit = 0, y_limit = 0;
     std::vector<float> texels;
   };
-  static float clamp(float x, float limit) {
-    const float positive = x > 0 ? x : 0;  // NaN becomes 0
-    return positive < limit ? positive : limit;
-  }
   static Rgba at(const float* p) { return Eigen::Map<const Rgba>(p); }
   static Level halved(const Level& fine);
   static void repeat_borders(Level& level);

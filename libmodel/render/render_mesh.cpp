@@ -53,45 +53,51 @@ class RowResolver {
   void add(const RowPainter& painter, int fine_y) {
     for (const auto& [begin, end] : painter.spans()) {
       if (n_ == 1)
-        for (int x = begin; x < end; ++x) write(image_.pixel(x, fine_y), painter.colour(x), 1);
+        write_row(painter.colours(), fine_y, begin, end);
       else
-        accumulate(painter, begin, end);
+        accumulate(painter.colours(), begin, end);
     }
     if (n_ > 1 && fine_y % n_ == n_ - 1) flush(fine_y / n_);
   }
 
  private:
-  void accumulate(const RowPainter& painter, int begin, int end) {
+  void write_row(const Float4* colours, int y, int begin, int end) {
+    const SrgbEncoder& encode = encode_;
+    const int channels = image_.channels;
+    std::uint8_t* out = image_.pixel(begin, y);
+    for (int x = begin; x < end; ++x, out += channels) {
+      encode.write(colours[x], out);
+      if (channels == 4) out[3] = 255;
+    }
+  }
+  void accumulate(const Float4* colours, int begin, int end) {
     for (int x = begin; x < end; ++x) {
       const auto at = static_cast<size_t>(x / n_);
-      sum_[at] = count_[at] > 0 ? Rgba(sum_[at] + painter.colour(x)) : painter.colour(x);
+      sum_[at] = count_[at] > 0 ? sum_[at] + colours[x] : colours[x];
       ++count_[at];
     }
   }
   void flush(int y) {
+    const Eigen::Vector3f b = options_.background.cast<float>();
+    const Float4 background = {b[0], b[1], b[2], 0};
     for (int x = 0; x < image_.width; ++x) {
       int& covered = count_[static_cast<size_t>(x)];
       if (covered == 0) continue;
       const float alpha = static_cast<float>(covered) / static_cast<float>(n_ * n_);
-      write(image_.pixel(x, y), sum_[static_cast<size_t>(x)] / static_cast<float>(covered), alpha);
+      Float4 c = sum_[static_cast<size_t>(x)] / broadcast4(static_cast<float>(covered));
+      if (!options_.transparent) c = broadcast4(alpha) * c + broadcast4(1 - alpha) * background;
+      std::uint8_t* out = image_.pixel(x, y);
+      encode_.write(c, out);
+      if (options_.transparent) out[3] = static_cast<std::uint8_t>(std::lround(255 * alpha));
       covered = 0;
     }
-  }
-  void write(std::uint8_t* out, const Rgba& colour, float alpha) const {
-    Rgba c = colour;
-    if (options_.transparent) {
-      out[3] = static_cast<std::uint8_t>(std::lround(255 * alpha));
-    } else if (alpha < 1) {
-      for (int k = 0; k < 3; ++k) c[k] = alpha * c[k] + (1 - alpha) * static_cast<float>(options_.background[k]);
-    }
-    out[0] = encode_(c[0]), out[1] = encode_(c[1]), out[2] = encode_(c[2]);
   }
 
   int n_;
   const RenderOptions& options_;
   Image& image_;
   const SrgbEncoder& encode_;
-  std::vector<Rgba, Eigen::aligned_allocator<Rgba>> sum_;
+  std::vector<Float4> sum_;
   std::vector<int> count_;
 };
 
@@ -102,9 +108,10 @@ Image paint_picture(const PaintedMesh& scene, const RenderOptions& options) {
   const ScanList list = scan_list(scene.projected, scene.mesh->F, height, false);
   const auto bands = bands_of(list, height, band_rows);
   const PixelBox box = pixel_box(scene.projected.pixels, width, height);
+  const ChannelPlanes planes(scene, list);
   parallel_blocks(static_cast<int>(bands.size()), options.threads, [&](int first_band, int last_band) {
     VisibilityRows rows;
-    RowPainter painter(scene, width);
+    RowPainter painter(scene, planes, width);
     RowResolver resolver(options, image);
     for (int band = first_band; band < last_band; ++band) {
       const std::vector<int>& items = bands[static_cast<size_t>(band)];

@@ -55,86 +55,134 @@ Eigen::VectorXf texture_lod(const Mesh& mesh, const ProjectedVertices& projected
   return lod;
 }
 
-RowPainter::RowPainter(const PaintedMesh& scene, int width) : scene_(scene), colours_(static_cast<size_t>(width)) {
-  base_colours_ = scene.coloured && !(scene.texture && scene.texture->opaque());
-  const auto use = [&](std::initializer_list<Channel> some) {
-    for (const Channel k : some) channels_[k].assign(static_cast<size_t>(width), 0);
+ChannelPlanes::ChannelPlanes(const PaintedMesh& scene, const ScanList& list) {
+  const auto use = [&](bool condition, std::initializer_list<Channel> some) {
+    for (const Channel k : some)
+      if (condition) channels_.push_back(k);
   };
-  if (scene.texture) use({kU, kV});
-  if (scene.texture && scene.lod.size() > 0) use({kLod});
-  if (scene.normals.rows() > 0) use({kNormalX, kNormalY, kNormalZ, kGain});
-  if (base_colours_) use({kRed, kGreen, kBlue});
-  if (scene.projected.perspective()) use({kInverseW});
+  use(scene.projected.perspective(), {Channel::inverse_w});
+  use(scene.texture != nullptr, {Channel::u, Channel::v});
+  use(scene.texture && scene.lod.size() > 0, {Channel::lod});
+  use(scene.normals.rows() > 0, {Channel::normal_x, Channel::normal_y, Channel::normal_z});
+  use(scene.shows_colours(), {Channel::red, Channel::green, Channel::blue});
+  const auto triangles = static_cast<size_t>(scene.mesh->F.rows());
+  planes_.resize(triangles * channels_.size());
+  away_.resize(triangles);
+  for (const ScanList::Item& item : list.items) {
+    const auto corner = scene.mesh->F.row(item.scan.id);
+    add(scene, item.scan.id, BarycentricPlanes(scene.projected.pixels, corner[0], corner[1], corner[2]));
+  }
+}
+
+void ChannelPlanes::add(const PaintedMesh& scene, int f, const BarycentricPlanes& b) {
+  const Mesh& mesh = *scene.mesh;
+  const Faces& wedges = mesh.uv_faces.rows() > 0 ? mesh.uv_faces : mesh.F;
+  const ProjectedVertices& p = scene.projected;
+  const std::array<int, 3> v = {mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2)};
+  std::array<double, 3> w = {1, 1, 1};
+  if (p.perspective()) w = {p.inverse_w[v[0]], p.inverse_w[v[1]], p.inverse_w[v[2]]};
+  away_[static_cast<size_t>(f)] = b.area2 > 0;
+  Plane* out = planes_.data() + static_cast<size_t>(f) * channels_.size();
+  for (const Channel channel : channels_) {
+    const auto value = [&](int k) -> double {
+      const int i = v[static_cast<size_t>(k)];
+      switch (channel) {
+        case Channel::u:
+        case Channel::v:
+          return scene.texels(wedges(f, k), channel == Channel::v);
+        case Channel::lod:
+          return scene.lod[i];
+        case Channel::inverse_w:
+          return 1;
+        case Channel::normal_x:
+        case Channel::normal_y:
+        case Channel::normal_z:
+          return scene.normals(i, static_cast<int>(channel) - static_cast<int>(Channel::normal_x));
+        default:
+          return mesh.colours(i, static_cast<int>(channel) - static_cast<int>(Channel::red));
+      }
+    };
+    const ScreenPlane q = b.plane(w[0] * value(0), w[1] * value(1), w[2] * value(2));
+    *out++ = {static_cast<float>(q.value), static_cast<float>(q.dx), static_cast<float>(q.dy)};
+  }
+}
+
+RowPainter::RowPainter(const PaintedMesh& scene, const ChannelPlanes& planes, int width)
+    : scene_(scene), planes_(planes), colours_(static_cast<size_t>(width)) {
+  for (const Channel k : planes.channels()) values(k).assign(static_cast<size_t>(width) + 4, 0);
+  if (scene.normals.rows() > 0) gain_.assign(static_cast<size_t>(width), 1);
 }
 
 void RowPainter::add_run(int f, int y, int begin, int end) {
-  const Mesh& mesh = *scene_.mesh;
-  const ProjectedVertices& p = scene_.projected;
-  const std::array<int, 3> v = {mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2)};
-  const BarycentricPlanes planes(p.pixels, v[0], v[1], v[2]);
-  const double b1 = planes.b1(begin, y), b2 = planes.b2(begin, y);
-  const auto linear = [&](Channel k, double a0, double a1, double a2) {
-    const auto start = static_cast<float>(a0 + b1 * (a1 - a0) + b2 * (a2 - a0));
-    const auto step = static_cast<float>(planes.b1_dx * (a1 - a0) + planes.b2_dx * (a2 - a0));
-    float* out = row(k) + begin;
-    for (int i = 0; i < end - begin; ++i) out[i] = start + step * static_cast<float>(i);
-  };
-  std::array<double, 3> w = {1, 1, 1};
-  if (p.perspective()) {
-    w = {p.inverse_w[v[0]], p.inverse_w[v[1]], p.inverse_w[v[2]]};
-    linear(kInverseW, w[0], w[1], w[2]);
+  const int first_corner = scene_.mesh->F(f, 0);
+  const TexCoords& p = scene_.projected.pixels;
+  const auto x = static_cast<float>(begin - p(first_corner, 0)), dy = static_cast<float>(y - p(first_corner, 1));
+  const ChannelPlanes::Plane* plane = planes_.of(f);
+  for (const Channel channel : planes_.channels()) {
+    const Float4 start = broadcast4(plane->value + plane->dx * x + plane->dy * dy);
+    const Float4 slope = broadcast4(plane->dx), first = start + slope * Float4{0, 1, 2, 3};
+    float* out = row(channel) + begin;
+    // Up to three numbers too many are written; the next run overwrites them.
+    for (int i = 0; i < end - begin; i += 4) store4(out + i, first + slope * broadcast4(static_cast<float>(i)));
+    ++plane;
   }
-  if (scene_.texture) {
-    const Faces& corners = mesh.uv_faces.rows() > 0 ? mesh.uv_faces : mesh.F;
-    const TexCoords& t = scene_.texels;
-    const int a = corners(f, 0), b = corners(f, 1), c = corners(f, 2);
-    linear(kU, w[0] * t(a, 0), w[1] * t(b, 0), w[2] * t(c, 0));
-    linear(kV, w[0] * t(a, 1), w[1] * t(b, 1), w[2] * t(c, 1));
-    if (scene_.lod.size() > 0) linear(kLod, w[0] * scene_.lod[v[0]], w[1] * scene_.lod[v[1]], w[2] * scene_.lod[v[2]]);
-  }
-  const auto vector = [&](Channel first, const Vertices& rows, double sign) {
-    for (int k = 0; k < 3; ++k)
-      linear(static_cast<Channel>(first + k), sign * w[0] * rows(v[0], k), sign * w[1] * rows(v[1], k),
-             sign * w[2] * rows(v[2], k));
-  };
-  if (scene_.normals.rows() > 0) {
-    const bool away = planes.area2 > 0;  // back faces are shown dark
-    vector(kNormalX, scene_.normals, away ? -1 : 1);
-    std::fill(row(kGain) + begin, row(kGain) + end, away ? 0.25F : 1.0F);
-  }
-  if (base_colours_) vector(kRed, mesh.colours, 1);
+  if (!gain_.empty())  // back faces are shown dark
+    std::fill(gain_.begin() + begin, gain_.begin() + end, planes_.faces_away(f) ? -0.25F : 1.0F);
 }
 
 void RowPainter::undo_perspective(int begin, int end) {
-  const float* inverse = row(kInverseW);
-  for (const Channel k : {kU, kV, kLod, kNormalX, kNormalY, kNormalZ, kRed, kGreen, kBlue}) {
-    float* values = row(k);
-    if (!channels_[k].empty())
-      for (int x = begin; x < end; ++x) values[x] /= inverse[x];
+  const float* inverse = row(Channel::inverse_w);
+  for (const Channel k : planes_.channels()) {
+    float* of_channel = row(k);
+    if (k != Channel::inverse_w)
+      for (int x = begin; x < end; ++x) of_channel[x] /= inverse[x];
   }
 }
 
 void RowPainter::light(int begin, int end) {
-  const float *nx = row(kNormalX), *ny = row(kNormalY), *nz = row(kNormalZ);
-  float* __restrict gain = row(kGain);
+  const float *nx = row(Channel::normal_x), *ny = row(Channel::normal_y), *nz = row(Channel::normal_z);
+  float* __restrict gain = gain_.data();
   for (int x = begin; x < end; ++x) {
     const float scale = inverse_root(nx[x] * nx[x] + ny[x] * ny[x] + nz[x] * nz[x] + 1e-30F);
-    gain[x] *= studio_light(scale * nx[x], scale * ny[x], scale * nz[x]);
+    const float side = gain[x] < 0 ? -scale : scale;  // back faces: the other side's normal
+    gain[x] = (gain[x] < 0 ? 0.25F : 1.0F) * studio_light(side * nx[x], side * ny[x], side * nz[x]);
+  }
+}
+
+void RowPainter::base(int begin, int end) {
+  const float *red = row(Channel::red), *green = row(Channel::green), *blue = row(Channel::blue);
+  const bool coloured = scene_.shows_colours();
+  Float4* out = colours_.data();
+  for (int x = begin; x < end; ++x)
+    out[x] = coloured ? Float4{red[x], green[x], blue[x], 1} : Float4{clay[0], clay[1], clay[2], 1};
+}
+
+void RowPainter::texture(int begin, int end) {
+  const float *u = row(Channel::u), *v = row(Channel::v), *lod = row(Channel::lod);
+  Float4* out = colours_.data();
+  const LinearImage& image = *scene_.texture;
+  const LinearImage::Sampler sample = image.sampler(0);
+  const bool opaque = image.opaque(), minified = !values(Channel::lod).empty();
+  if (opaque && !minified) {
+    for (int x = begin; x < end; ++x) out[x] = sample(u[x], v[x]);
+    return;
+  }
+  for (int x = begin; x < end; ++x) {
+    const Float4 t = minified && lod[x] > 0 ? image.trilinear(u[x], v[x], lod[x]) : sample(u[x], v[x]);
+    out[x] = opaque ? t : t + broadcast4(1 - t[3]) * out[x];
   }
 }
 
 void RowPainter::shade(int begin, int end) {
-  const bool lit = !channels_[kGain].empty(), minified = !channels_[kLod].empty();
+  if (!scene_.texture || !scene_.texture->opaque()) base(begin, end);
+  if (scene_.texture) texture(begin, end);
+  if (gain_.empty()) return;
+  light(begin, end);
+  const float* gain = gain_.data();
+  Float4* out = colours_.data();
   for (int x = begin; x < end; ++x) {
-    Rgba c(clay[0], clay[1], clay[2], 1);
-    if (base_colours_) c = Rgba(row(kRed)[x], row(kGreen)[x], row(kBlue)[x], 1);
-    if (scene_.texture) {
-      const float u = row(kU)[x], v = row(kV)[x];
-      const Rgba t = minified ? scene_.texture->sample_trilinear(u, v, row(kLod)[x]) : scene_.texture->sample(u, v);
-      c = scene_.texture->opaque() ? t : Rgba(t + (1 - t[3]) * c);
-    }
-    if (lit) c *= row(kGain)[x];
-    colours_[static_cast<size_t>(x)] = c.min(1.0F);
+    const Float4 c = out[x] * broadcast4(gain[x]), one = broadcast4(1);
+    out[x] = c < one ? c : one;
   }
 }
 
@@ -149,7 +197,6 @@ void RowPainter::paint(const VisibilityRows& rows, int y) {
   });
   for (const auto& [begin, end] : spans_) {
     if (scene_.projected.perspective()) undo_perspective(begin, end);
-    if (!channels_[kGain].empty()) light(begin, end);
     shade(begin, end);
   }
 }

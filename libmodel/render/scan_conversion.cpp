@@ -7,6 +7,7 @@
 #include <string>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/render/simd4.h"
 
 namespace facewright {
 
@@ -46,8 +47,8 @@ ScanList scan_list(const ProjectedVertices& p, const Faces& F, int height, bool 
 void VisibilityRows::clear(int left, int right, int first, int count) {
   left_ = left, right_ = std::max(left, right), first_ = first, count_ = count;
   const size_t pixels = static_cast<size_t>(right_ - left_) * static_cast<size_t>(count);
-  triangle_.assign(pixels, -1);
-  z_.assign(pixels, -std::numeric_limits<float>::infinity());
+  triangle_.assign(pixels + 4, -1);  // whole groups of four are written
+  z_.assign(pixels + 4, -std::numeric_limits<float>::infinity());
 }
 
 void VisibilityRows::draw(const ScanList::Item& item, int width) {
@@ -60,11 +61,15 @@ void VisibilityRows::draw(const ScanList::Item& item, int width) {
     const auto start = static_cast<float>(item.z.value + item.z.dx * (begin - item.x0) + item.z.dy * (y - item.y0));
     float* __restrict z = z_.data() + offset(y) + (begin - left_);
     int* __restrict ids = triangle_.data() + offset(y) + (begin - left_);
-    for (int i = 0; i < end - begin; ++i) {
-      const float value = start + step * static_cast<float>(i);
-      const bool nearer = value > z[i];
-      z[i] = nearer ? value : z[i];
-      ids[i] = nearer ? item.scan.id : ids[i];
+    const int n = end - begin;
+    const Int4 id = {item.scan.id, item.scan.id, item.scan.id, item.scan.id};
+    for (int i = 0; i < n; i += 4) {  // lanes past the end are never nearer
+      const Int4 lane = Int4{0, 1, 2, 3} + i;
+      const Float4 value = broadcast4(start) + broadcast4(step) * __builtin_convertvector(lane, Float4);
+      const Float4 old_z = load4<Float4>(z + i);
+      const Int4 nearer = (value > old_z) & (lane < n);
+      store4(z + i, nearer ? value : old_z);
+      store4(ids + i, nearer ? id : load4<Int4>(ids + i));
     }
   }
 }

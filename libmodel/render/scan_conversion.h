@@ -30,7 +30,8 @@ struct BarycentricPlanes {
     area2 = ux * vy - uy * vx;
     // Slivers have no pixel centre well inside; extrapolating from them would only amplify rounding.
     if (!(std::abs(area2) > 1e-9)) return;
-    b1_dx = vy / area2, b1_dy = -vx / area2, b2_dx = -uy / area2, b2_dy = ux / area2;
+    const double inverse = 1 / area2;
+    b1_dx = vy * inverse, b1_dy = -vx * inverse, b2_dx = -uy * inverse, b2_dy = ux * inverse;
   }
   double b1(double x, double y) const { return b1_dx * (x - x0) + b1_dy * (y - y0); }
   double b2(double x, double y) const { return b2_dx * (x - x0) + b2_dy * (y - y0); }

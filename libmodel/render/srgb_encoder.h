@@ -5,6 +5,8 @@
 #include <array>
 #include <cstdint>
 
+#include "libmodel/render/simd4.h"
+
 namespace facewright {
 
 /// srgb8_from_linear for floats, by table: the same byte for every float, about ten times as fast. A table of 4096
@@ -18,6 +20,17 @@ class SrgbEncoder {
     const float x = linear > 0 ? (linear < 1 ? linear : 1) : 0;  // NaN becomes 0
     const unsigned code = byte_[static_cast<unsigned>(x * 4096)];
     return static_cast<std::uint8_t>(code + (x >= next_[code]));
+  }
+
+  /// Red, green and blue, the first three.
+  void write(const Float4& linear, std::uint8_t* out) const {
+    const Float4 zero = broadcast4(0), one = broadcast4(1), positive = linear > zero ? linear : zero;
+    const Float4 x = positive < one ? positive : one;
+    const Int4 step = __builtin_convertvector(x * broadcast4(4096), Int4);
+    for (int k = 0; k < 3; ++k) {
+      const unsigned code = byte_[static_cast<unsigned>(step[k])];
+      out[k] = static_cast<std::uint8_t>(code + (x[k] >= next_[code]));
+    }
   }
 
  private:
