@@ -31,6 +31,11 @@ std::optional<fs::path> landmarks_beside(const fs::path& mesh) {
   return {};
 }
 
+bool is_mesh_file(const fs::path& file) {
+  const auto& known = mesh_extensions();
+  return std::find(known.begin(), known.end(), lower(file.extension().string())) != known.end();
+}
+
 struct KnownSize {
   const char* what;
   double lowest, highest;  // millimetres
@@ -93,8 +98,7 @@ std::vector<ScanFiles> find_scans(const fs::path& folder) {
   for (const auto& entry : entries) {
     if (!entry.is_regular_file()) continue;
     const fs::path& p = entry.path();
-    const auto& known = mesh_extensions();
-    if (std::find(known.begin(), known.end(), lower(p.extension().string())) == known.end()) continue;
+    if (!is_mesh_file(p)) continue;
     const std::string id = p.stem().string();
     const auto [it, is_new] = found.try_emplace(id, ScanFiles{id, p, landmarks_beside(p)});
     if (!is_new)
@@ -107,6 +111,19 @@ std::vector<ScanFiles> find_scans(const fs::path& folder) {
   return list;
 }
 
+std::vector<ScanFiles> find_scans(const Manifest& manifest) {
+  std::vector<ScanFiles> list;
+  for (const ManifestEntry& e : manifest.entries) {
+    if (!is_mesh_file(e.file))
+      throw InvalidInput(manifest.path.string() + ":" + std::to_string(e.line) + ": " + e.file.string() +
+                         " is no mesh file (OBJ, PLY, STL, OFF, glTF)");
+    list.push_back({e.id, e.file, e.landmarks.empty() ? landmarks_beside(e.file) : e.landmarks,
+                    units_from_name(e.units.empty() ? "auto" : e.units)});
+  }
+  std::sort(list.begin(), list.end(), [](const ScanFiles& a, const ScanFiles& b) { return a.id < b.id; });
+  return list;
+}
+
 Scan load_scan(const ScanFiles& files, const ScanOptions& options) {
   Scan scan;
   scan.id = files.id;
@@ -116,7 +133,8 @@ Scan load_scan(const ScanFiles& files, const ScanOptions& options) {
   scan.mesh = std::move(repaired.mesh);
   scan.repair = repaired.summary;
   if (files.landmarks) scan.landmarks = read_landmarks(*files.landmarks);
-  switch (options.units) {
+  const Units units = files.units != Units::automatic ? files.units : options.units;
+  switch (units) {
     case Units::mm:
       scan.mm_per_unit = 1;
       break;
@@ -130,7 +148,7 @@ Scan load_scan(const ScanFiles& files, const ScanOptions& options) {
       scan.mm_per_unit = detect_mm_per_unit(scan.mesh, scan.landmarks, &scan.units_reason);
       break;
   }
-  if (options.units != Units::automatic) scan.units_reason = std::string("given: ") + unit_name(scan.mm_per_unit);
+  if (units != Units::automatic) scan.units_reason = std::string("given: ") + unit_name(scan.mm_per_unit);
   scan.mesh.V *= scan.mm_per_unit;
   for (auto& entry : scan.landmarks) {
     entry.second.position *= scan.mm_per_unit;

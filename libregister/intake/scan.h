@@ -10,6 +10,7 @@
 #include "libmodel/core/image.h"
 #include "libmodel/core/landmarks.h"
 #include "libmodel/core/mesh.h"
+#include "libmodel/io/manifest.h"
 #include "libregister/intake/repair.h"
 
 namespace facewright {
@@ -30,16 +31,21 @@ struct Scan {
   std::vector<std::string> warnings;
 };
 
-/// The files of one scan in a folder.
+/// The files of one scan.
 struct ScanFiles {
-  std::string id;  ///< the mesh file's stem
+  std::string id;  ///< the mesh file's stem, or what its manifest says
   std::filesystem::path mesh;
   std::optional<std::filesystem::path> landmarks;  ///< beside the mesh: ID.json, .pts, .pp, .mrk.json, .fcsv, .ljson
+  Units units = Units::automatic;                  ///< of this scan, if its manifest states them
 };
 
 /// Mesh files in a folder, sorted by id, with the landmark files beside them. Throws IoError if the folder cannot be
 /// read, InvalidInput if it holds no mesh or two meshes of the same stem.
 std::vector<ScanFiles> find_scans(const std::filesystem::path& folder);
+
+/// The scans of a manifest, sorted by id; landmarks that it does not name are looked for beside the mesh. Throws
+/// InvalidInput for a file whose extension is none of a mesh.
+std::vector<ScanFiles> find_scans(const Manifest& manifest);
 
 struct ScanOptions {
   Units units = Units::automatic;

@@ -192,5 +192,22 @@ TEST(FindScans, SortsByIdAndRefusesTwoOfAName) {
   EXPECT_THROW(find_scans(folder.path()), InvalidInput);
 }
 
+TEST(FindScans, AManifestNamesScansLandmarksAndUnits) {
+  const TemporaryDirectory folder;
+  for (const char* name : {"b.ply", "a.ply"}) write_ply(folder / name, icosphere(2, 10));  // 10 cm as centimetres
+  write_landmarks(folder / "marks.json", {{"31", {{0, 0, 10}, 0}}});
+  write_text(folder / "people.csv", "file,id,landmarks,units\nb.ply,second,marks.json,cm\na.ply,first,,\n");
+  const auto files = find_scans(read_manifest(folder / "people.csv"));
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_EQ(files[0].id, "first");
+  EXPECT_FALSE(files[0].landmarks.has_value());
+  const Scan scan = load_scan(files[1]);
+  EXPECT_EQ(scan.id, "second");
+  EXPECT_EQ(scan.mm_per_unit, 10);
+  EXPECT_EQ(scan.landmarks.at("31").position, Eigen::Vector3d(0, 0, 100));
+  write_text(folder / "people.csv", "file\nmarks.json\n");
+  EXPECT_THROW(find_scans(read_manifest(folder / "people.csv")), InvalidInput);
+}
+
 }  // namespace
 }  // namespace facewright

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "libmodel/core/progress.h"
+#include "libmodel/fitting/fit_model.h"
+
+namespace facewright {
+
+/// Finds the landmarks of the face in an image; may be called by several threads at once. Throws InvalidInput if there
+/// is none.
+using LandmarkFinder = std::function<ImageLandmarks(const Image&)>;
+
+struct FitImagesOptions {
+  std::filesystem::path model;
+  std::vector<std::filesystem::path> images;     ///< see list_images; stems differ
+  std::vector<std::filesystem::path> landmarks;  ///< one per image, or empty: .pts, .json or .ljson beside each image
+  std::filesystem::path mapping;                 ///< landmark mapping file, or empty
+  std::filesystem::path output;                  ///< folder to write into
+  FitModelOptions fit;
+  bool glb = true;        ///< write STEM.glb beside STEM.obj
+  int jobs = 0;           ///< images fitted at once, 0 = all cores; does not change a byte
+  LandmarkFinder finder;  ///< for images without a landmark file; may be empty
+};
+
+struct ImageFit {
+  std::filesystem::path image, landmarks;  ///< landmarks empty: found in the image
+  bool fitted = false;
+  std::string reason;  ///< why not, and what to do
+  FitResult fit;
+};
+
+struct FitImagesSummary {
+  std::vector<ImageFit> images;  ///< in the order of the options
+  int fitted = 0, failed = 0;
+  bool textured = false;  ///< the model has texture coordinates
+};
+
+/// Fits a model to images and writes for each, by its stem: STEM.obj with STEM.mtl, STEM.glb, STEM_isomap.png,
+/// STEM_frontal.png, STEM_overlay.png, STEM.json (pose, coefficients, residuals); and fits.csv, a line per image. An
+/// image that cannot be fitted ends in problematic/STEM.txt, the others go on. Throws InvalidInput if none can be
+/// fitted, IoError if the model cannot be read or the output not written.
+FitImagesSummary fit_images(const FitImagesOptions& options, const Progress& progress = {});
+
+}  // namespace facewright

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <string>
+
+#include "pipelines/fit_images/fit_images.h"
+
+namespace facewright {
+
+/// All numbers of a fit as JSON text; angles in degrees. docs/fitting.md lists them.
+std::string fit_json(const ImageFit& fit, const TextureSummary& texture);
+
+/// A header and a line for each image, failures included, by RFC 4180: image, landmarks, fitted, pose in degrees,
+/// pixels per mm, landmark error, coefficients. Columns of coefficients are as many as the longest has.
+std::string fits_csv(const std::vector<ImageFit>& fits);
+
+}  // namespace facewright
