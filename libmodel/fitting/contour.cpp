@@ -84,27 +84,35 @@ class PosedMesh {
   /// Depth is linear over the triangle; pixels whose centre lies inside (borders included) keep the nearest.
   void draw(int ia, int ib, int ic) {
     const float *a = &small_(ia, 0), *b = &small_(ib, 0), *c = &small_(ic, 0);
-    const auto x0 = static_cast<int>(std::ceil(std::min({a[0], b[0], c[0]})));
-    const auto x1 = static_cast<int>(std::max({a[0], b[0], c[0]}));
-    const auto y0 = static_cast<int>(std::ceil(std::min({a[1], b[1], c[1]})));
-    const auto y1 = static_cast<int>(std::max({a[1], b[1], c[1]}));
+    const int x0 = ceiling(std::min(std::min(a[0], b[0]), c[0])), y0 = ceiling(std::min(std::min(a[1], b[1]), c[1]));
+    const auto x1 = static_cast<int>(std::max(std::max(a[0], b[0]), c[0]));
+    const auto y1 = static_cast<int>(std::max(std::max(a[1], b[1]), c[1]));
     if (x0 > x1 || y0 > y1) return;
     const float ux = b[0] - a[0], uy = b[1] - a[1], wx = c[0] - a[0], wy = c[1] - a[1], area = ux * wy - uy * wx;
     if (!(area > 0)) return;
-    const float za = static_cast<float>(depth_[ia]), zb = static_cast<float>(depth_[ib]) - za,
-                zc = static_cast<float>(depth_[ic]) - za, per_area = 1 / area;
-    for (int y = y0; y <= y1; ++y)
+    const auto za = static_cast<float>(depth_[ia]);
+    const float zb = static_cast<float>(depth_[ib]) - za, zc = static_cast<float>(depth_[ic]) - za;
+    const float per_area = 1 / area;
+    for (int y = y0; y <= y1; ++y) {
+      const float py = static_cast<float>(y) - a[1];
+      float* row = buffer_.data() + y * width_;
       for (int x = x0; x <= x1; ++x) {
-        const float px = static_cast<float>(x) - a[0], py = static_cast<float>(y) - a[1];
+        const float px = static_cast<float>(x) - a[0];
         const float s = (px * wy - py * wx) * per_area, t = (ux * py - uy * px) * per_area;
-        if (s < 0 || t < 0 || s + t > 1) continue;
-        float& z = buffer_[static_cast<size_t>(y * width_ + x)];
-        z = std::max(z, za + s * zb + t * zc);
+        if (std::min(s, t) < 0 || s + t > 1) continue;
+        row[x] = std::max(row[x], za + s * zb + t * zc);
       }
+    }
+  }
+
+  /// Of a number >= 0, without a call of the library.
+  static int ceiling(float x) {
+    const int below = static_cast<int>(x);
+    return below + (x > static_cast<float>(below) ? 1 : 0);
   }
 
   std::pair<int, int> cell(int v) const {
-    return {static_cast<int>(std::lround(small_(v, 0))), static_cast<int>(std::lround(small_(v, 1)))};
+    return {static_cast<int>(small_(v, 0) + 0.5F), static_cast<int>(small_(v, 1) + 0.5F)};
   }
 
   const Vertices& V_;

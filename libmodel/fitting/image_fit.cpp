@@ -170,7 +170,7 @@ double ImageFit::follow(const Eigen::VectorXd& shape) {
 void ImageFit::update_pose() {
   update_weights();
   if (context_.options.camera == CameraKind::orthographic) {
-    orthographic_ = refine_orthographic(orthographic_, X_, pixels_, W_, {20, 1e-9}).camera;
+    orthographic_ = refine_orthographic(orthographic_, X_, pixels_, W_, {20, 1e-8}).camera;
     camera_ = orthographic_.affine();
   } else {
     std::vector<Eigen::Index> rows;
@@ -202,7 +202,9 @@ void ImageFit::match_contour() {
   ++contour_rounds_;
   const ContourOptions& options = context_.options.contour;
   const Faces& F = context_.model.faces(options.level);
-  const Vertices V = context_.rows.instance(shape_, expression_, context_.model.vertex_count(options.level));
+  const bool is_mean = shape_.isZero(0);  // as in the first round, for nothing
+  const Vertices V = context_.rows.instance(is_mean ? Eigen::VectorXd() : shape_, expression_,
+                                            context_.model.vertex_count(options.level));
   const std::vector<OutlinePoint> outline = jaw_outline(V, F, context_.edges, context_.contours, camera_, options);
   const Pixels marked = pixels_(jaw_, Eigen::all);
   const std::vector<int> match = match_outline(marked, outline, options.largest_distance * orthographic_.s);

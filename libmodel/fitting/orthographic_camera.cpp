@@ -75,13 +75,13 @@ OrthographicResult refine_orthographic(const OrthographicCamera& start, const Ve
   for (int i = 0; i < options.iterations && !result.summary.converged; ++i) {
     Eigen::Matrix<double, 6, 6> H = Eigen::Matrix<double, 6, 6>::Zero();
     Vector6 g = Vector6::Zero();
-    const AffineCamera affine = result.camera.affine();
     for (Eigen::Index k = 0; k < X.rows(); ++k) {
-      const Eigen::Vector3d X_k = X.row(k).transpose();
-      const auto J = jacobian(result.camera, result.camera.R * X_k);
-      const Eigen::Vector2d r = x.row(k).transpose() - affine.project(X_k);
-      H += J.transpose() * W[static_cast<size_t>(k)] * J;
-      g += J.transpose() * W[static_cast<size_t>(k)] * r;
+      const Information& weight = W[static_cast<size_t>(k)];
+      const Eigen::Vector3d q = result.camera.R * X.row(k).transpose();
+      const Eigen::Vector2d r = x.row(k).transpose() - result.camera.t - result.camera.s * Eigen::Vector2d(q[0], -q[1]);
+      const Eigen::Matrix<double, 2, 6> J = jacobian(result.camera, q), WJ = weight * J;
+      H.noalias() += J.row(0).transpose() * WJ.row(0) + J.row(1).transpose() * WJ.row(1);
+      g.noalias() += WJ.transpose() * r;
     }
     const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(H);
     const Vector6 step = solver.solve(g);
