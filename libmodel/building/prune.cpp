@@ -16,6 +16,8 @@ namespace facewright {
 namespace {
 
 constexpr int kSamplesPerMode = 10;
+constexpr int kFew = 400;    // samples up to which all eigenpairs are found: see fit_pca
+constexpr int kMany = 2000;  // samples from which the folds share the threads one after the other, to save memory
 
 // Regularised lower incomplete gamma function: by its series below a + 1, by Lentz's continued fraction above.
 double incomplete_gamma(double a, double x) {
@@ -46,12 +48,15 @@ void check(const PruneOptions& options) {
 
 // A model of the samples `training`, seen through inner products: squared errors of `sample` after 0, 1, .. modes.
 struct GramModel {
-  GramModel(const Eigen::MatrixXd& G, std::vector<int> samples) : training(std::move(samples)) {
-    const Eigen::MatrixXd part = gram_of(G, training);
+  GramModel(const Eigen::MatrixXd& G, std::vector<int> samples, int modes, int threads) : training(std::move(samples)) {
+    Eigen::MatrixXd part = gram_of(G, training);
     means = part.colwise().mean().transpose();
     mean = means.mean();
-    pairs = all_eigenpairs(centred_gram(part));
-    const double floor = 1e-12 * pairs.values[0] + 1e-15 * part.diagonal().maxCoeff();
+    const double rounding = 1e-15 * part.diagonal().maxCoeff();
+    part = centred_gram(std::move(part));
+    pairs =
+        part.rows() > kFew && modes > 0 ? lanczos_eigenpairs(part, part.trace(), modes, threads) : all_eigenpairs(part);
+    const double floor = 1e-12 * pairs.values[0] + rounding;
     rank = std::min<Eigen::Index>(part.rows() - 1, (pairs.values.array() > floor).count());
   }
   Eigen::RowVectorXd squared_errors(const Eigen::MatrixXd& G, int sample, Eigen::Index modes) const {
@@ -133,11 +138,11 @@ Eigen::MatrixXd held_out_squared_errors(const Eigen::MatrixXd& G, const HeldOutO
                        std::to_string(n) + ", " + std::to_string(folds) + " and " + std::to_string(options.max_modes));
   Eigen::MatrixXd errors(n, options.max_modes + 1);
   Eigen::VectorXi ranks(folds);
-  parallel_for(folds, options.threads, [&](int fold) {
+  parallel_for(folds, n < kMany ? options.threads : 1, [&](int fold) {
     std::vector<int> training;
     for (int i = 0; i < n; ++i)
       if (i % folds != fold) training.push_back(i);
-    const GramModel model(G, std::move(training));
+    const GramModel model(G, std::move(training), options.max_modes, n < kMany ? 1 : options.threads);
     ranks[fold] = static_cast<int>(model.rank);
     const Eigen::Index modes = std::min<Eigen::Index>(model.rank, options.max_modes);
     for (int i = fold; i < n; i += folds) errors.row(i).head(modes + 1) = model.squared_errors(G, i, modes);

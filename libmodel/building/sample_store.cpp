@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "libmodel/building/column_blocks.h"
+#include "libmodel/building/inner_products.h"
 #include "libmodel/building/sample_file.h"
 #include "libmodel/building/sample_index.h"
 #include "libmodel/core/errors.h"
@@ -88,17 +89,16 @@ struct SampleStore::Files {
 
   // Products of the slots [first, last) with all before them and each other, appended.
   void extend_products(Eigen::Index first, Eigen::Index last, int threads) {
-    SampleMatrix sums = SampleMatrix::Zero(last - first, last), A;
+    SampleMatrix sums = SampleMatrix::Zero(last - first, last);
     const int tasks = static_cast<int>((last + kOtherRows - 1) / kOtherRows);
     for (Eigen::Index col = 0; col < index.cols; col += kGramColumns) {
       const Eigen::Index cols = std::min(kGramColumns, index.cols - col);
-      A = slots_block(first, last - first, col, cols);
+      const PackedRows A = packed(PackedRows::Side::left, first, last - first, col, cols);
       parallel_for(tasks, threads, [&](int task) {
         const Eigen::Index other = task * kOtherRows, count = std::min(kOtherRows, last - other);
-        const Eigen::Index skip = std::max<Eigen::Index>(0, other - first);  // above the diagonal
-        const SampleMatrix B = slots_block(other, count, col, cols);
-        sums.block(skip, other, last - first - skip, count).noalias() +=
-            A.bottomRows(last - first - skip) * B.transpose();
+        const Eigen::Index skip = std::max<Eigen::Index>(0, other - first) / 4 * 4;  // above the diagonal
+        add_inner_products(A, skip, packed(PackedRows::Side::right, other, count, col, cols),
+                           sums.block(skip, other, last - first - skip, count));
       });
     }
     for (Eigen::Index slot = first; slot < last; ++slot)
@@ -108,12 +108,13 @@ struct SampleStore::Files {
     commit();
   }
 
-  SampleMatrix slots_block(Eigen::Index slot, Eigen::Index count, Eigen::Index col, Eigen::Index cols) const {
-    SampleMatrix block(count, cols);
+  PackedRows packed(PackedRows::Side side, Eigen::Index slot, Eigen::Index count, Eigen::Index col,
+                    Eigen::Index cols) const {
+    PackedRows block(side, count, cols);
     Eigen::RowVectorXf values(cols);
     for (Eigen::Index i = 0; i < count; ++i) {
       read_floats(slot + i, col, cols, values.data());
-      block.row(i) = values.cast<double>();
+      block.set_row(i, values.data());
     }
     return block;
   }
