@@ -255,6 +255,7 @@ std::string padded(const std::string& text, size_t width) {
 
 // Few enough to read: 0, 1, 2, 5, 10, 20, .. and the last.
 std::vector<int> shown_modes(const MetricCurve& curve) {
+  if (curve.modes.size() <= 10) return curve.modes;
   std::vector<int> list;
   for (const int m : curve.modes)
     if (m == curve.modes.back() || m <= 2 || m == 5 || m == 10 || m == 15 || m == 20 || m == 30 || m == 50 || m == 100)
@@ -263,7 +264,7 @@ std::vector<int> shown_modes(const MetricCurve& curve) {
 }
 
 std::string row(const std::string& label, const MetricCurve& curve, const std::vector<int>& modes, const char* format) {
-  std::string out = padded("  " + label, 26);
+  std::string out = padded("  " + label, 32);
   for (const int m : modes) out += padded(value_at(curve, m, format), 15);
   return out + "\n";
 }
@@ -278,7 +279,7 @@ std::string describe_evaluation(const Evaluation& e) {
   }
   for (const Measure& m : measures(e.sets.front())) {
     const std::vector<int> modes = shown_modes(*m.curve);
-    out += padded(m.quantity + ", " + m.name, 26) + "[" + m.unit + ", +- standard error]\n" + padded("  modes", 26);
+    out += padded(m.quantity + ", " + m.name, 32) + "[" + m.unit + ", +- standard error]\n" + padded("  modes", 32);
     for (const int k : modes) out += padded(std::to_string(k), 15);
     out += "\n" + row(e.sets.front().name, *m.curve, modes, "%.4f+-%.4f");
     for (size_t s = 1; s < e.sets.size(); ++s)

@@ -74,7 +74,7 @@ struct GeneralisationResult {
 };
 
 struct SpecificityResult {
-  DistanceCurves nearest;  ///< per random face; surface: of the first `surface_samples`
+  DistanceCurves nearest;  ///< per random face; surface: of the first `surface_samples`, at some of the mode counts
 };
 
 /// The input with its samples moved onto their common mean by generalised Procrustes [gower1975], targets along with

@@ -124,21 +124,34 @@ class Sampler {
   Eigen::VectorXd weights_;
 };
 
+// Surface distances cost by far the most: some sixteen of a long list of mode counts are enough for a curve.
+std::vector<Eigen::Index> thinned(const std::vector<int>& modes) {
+  std::vector<Eigen::Index> places;
+  double next = 0;
+  for (size_t m = 0; m < modes.size(); ++m)
+    if (modes[m] >= next || m + 1 == modes.size()) {
+      places.push_back(static_cast<Eigen::Index>(m));
+      next = std::max(modes[m] + 0.5, 1.25 * modes[m]);
+    }
+  return places;
+}
+
 // One search tree per training sample, for all random faces that are nearest to it.
 Eigen::MatrixXd surface_distances(const MetricsInput& input, const MetricsOptions& options, const Drawn& drawn,
-                                  const Sampler& sampler, const SurfaceProbe& probe, const Progress& progress) {
+                                  const Sampler& sampler, const SurfaceProbe& probe,
+                                  const std::vector<Eigen::Index>& places, const Progress& progress) {
   const int samples = std::min(options.samples, options.surface_samples), n = static_cast<int>(input.samples.rows());
-  Eigen::MatrixXd table = Eigen::MatrixXd::Zero(samples, drawn.nearest.cols());
+  Eigen::MatrixXd table = Eigen::MatrixXd::Zero(samples, static_cast<Eigen::Index>(places.size()));
   std::atomic<int> done = 0;
   parallel_for(n, options.threads, [&](int j) {
     if ((drawn.nearest.topRows(samples).array() == j).any()) {
       const SurfaceIndex surface(Eigen::Map<const Vertices>(input.samples.row(j).data(), input.samples.cols() / 3, 3),
                                  input.F);
       for (int s = 0; s < samples; ++s)
-        for (Eigen::Index m = 0; m < table.cols(); ++m)
-          if (drawn.nearest(s, m) == j)
-            table(s, m) =
-                surface_distance(surface, probe, sampler.points(s, drawn.modes[static_cast<size_t>(m)], probe));
+        for (size_t p = 0; p < places.size(); ++p)
+          if (drawn.nearest(s, places[p]) == j)
+            table(s, static_cast<Eigen::Index>(p)) =
+                surface_distance(surface, probe, sampler.points(s, drawn.modes[size_t(places[p])], probe));
     }
     if (progress) progress({"specificity, surface", ++done, n, ""});
   });
@@ -172,8 +185,13 @@ SpecificityResult specificity(const MetricsInput& input, const MetricsOptions& o
   result.nearest.vertices = curve_of(drawn.modes, std::move(vertices));
   if (!input.landmarks.empty()) result.nearest.landmarks = curve_of(drawn.modes, std::move(landmarks));
   const SurfaceProbe probe = surface_probe(input, options);
-  if (!probe.empty() && options.surface_samples > 0)
-    result.nearest.surface = curve_of(drawn.modes, surface_distances(input, options, drawn, sampler, probe, progress));
+  if (!probe.empty() && options.surface_samples > 0) {
+    const std::vector<Eigen::Index> places = thinned(drawn.modes);
+    std::vector<int> counts;
+    for (const Eigen::Index p : places) counts.push_back(drawn.modes[static_cast<size_t>(p)]);
+    result.nearest.surface =
+        curve_of(std::move(counts), surface_distances(input, options, drawn, sampler, probe, places, progress));
+  }
   return result;
 }
 
