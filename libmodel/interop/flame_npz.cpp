@@ -34,7 +34,7 @@ std::vector<Direction> directions_of(const MorphableModel& model) {
   return directions;
 }
 
-RowMatrix<float> metres(const Eigen::MatrixXd& m) { return (kMetresPerMillimetre * m).cast<float>(); }
+NpyMatrix<float> metres(const Eigen::MatrixXd& m) { return (kMetresPerMillimetre * m).cast<float>(); }
 
 // Columns after the identity's, by their names; without names all are modes of expression.
 void take_expressions(ForeignModel& model, const Eigen::MatrixXd& columns, const std::vector<std::string>& names,
@@ -76,7 +76,7 @@ std::string flame_npz_bytes(const MorphableModel& model) {
   if (model.level_count() != 1) throw InvalidInput("flame: a file holds one level; choose one");
   const std::vector<Direction> directions = directions_of(model);
   const auto k = static_cast<Eigen::Index>(directions.size());
-  RowMatrix<float> dirs(model.shape().mean.size(), k);
+  NpyMatrix<float> dirs(model.shape().mean.size(), k);
   std::vector<std::string> names;
   for (const Direction& d : directions) {
     dirs.col(static_cast<Eigen::Index>(names.size())) = (kMetresPerMillimetre * d.step).cast<float>();
@@ -87,13 +87,13 @@ std::string flame_npz_bytes(const MorphableModel& model) {
   zip.add("shapedirs.npy",
           npy_bytes("<f4", std::to_string(model.vertex_count()) + ",3," + std::to_string(k),
                     std::string(reinterpret_cast<const char*>(dirs.data()), static_cast<size_t>(dirs.size()) * 4)));
-  zip.add("f.npy", npy_bytes(RowMatrix<std::int32_t>(model.faces())));
+  zip.add("f.npy", npy_bytes(NpyMatrix<std::int32_t>(model.faces())));
   zip.add("dir_names.npy", npy_bytes(names));
-  zip.add("identity_count.npy", npy_bytes(RowMatrix<std::int32_t>(RowMatrix<std::int32_t>::Constant(
+  zip.add("identity_count.npy", npy_bytes(NpyMatrix<std::int32_t>(NpyMatrix<std::int32_t>::Constant(
                                               1, 1, static_cast<int>(model.shape().mode_count()))),
                                           true));
-  if (model.uv().rows() > 0) zip.add("texcoords.npy", npy_bytes(RowMatrix<double>(model.uv())));
-  RowMatrix<std::int32_t> vertices(static_cast<Eigen::Index>(model.landmarks().size()), 1);
+  if (model.uv().rows() > 0) zip.add("texcoords.npy", npy_bytes(NpyMatrix<double>(model.uv())));
+  NpyMatrix<std::int32_t> vertices(static_cast<Eigen::Index>(model.landmarks().size()), 1);
   std::vector<std::string> marks;
   for (const auto& [name, mark] : model.landmarks()) {
     vertices(static_cast<Eigen::Index>(marks.size()), 0) = mark.vertex;

@@ -16,7 +16,7 @@ namespace facewright {
 namespace {
 
 template <class T>
-std::string matrix_bytes(const std::string& type, const RowMatrix<T>& m, bool vector) {
+std::string matrix_bytes(const std::string& type, const NpyMatrix<T>& m, bool vector) {
   const std::string shape = std::to_string(m.rows()) + "," + (vector ? "" : std::to_string(m.cols()));
   return npy_bytes(type, shape,
                    std::string(reinterpret_cast<const char*>(m.data()), static_cast<size_t>(m.size()) * sizeof(T)));
@@ -96,7 +96,7 @@ NpyArray parse_array(const std::string& bytes, const std::string& name) {
 }
 
 template <class From, class To>
-void convert(const NpyArray& a, bool by_columns, RowMatrix<To>& m) {
+void convert(const NpyArray& a, bool by_columns, NpyMatrix<To>& m) {
   const auto values = static_cast<size_t>(m.size());
   for (size_t i = 0; i < values; ++i) {
     From x;
@@ -122,9 +122,9 @@ std::string npy_bytes(const std::string& type, const std::string& shape, const s
   return out.take();
 }
 
-std::string npy_bytes(const RowMatrix<float>& m, bool vector) { return matrix_bytes("<f4", m, vector); }
-std::string npy_bytes(const RowMatrix<double>& m, bool vector) { return matrix_bytes("<f8", m, vector); }
-std::string npy_bytes(const RowMatrix<std::int32_t>& m, bool vector) { return matrix_bytes("<i4", m, vector); }
+std::string npy_bytes(const NpyMatrix<float>& m, bool vector) { return matrix_bytes("<f4", m, vector); }
+std::string npy_bytes(const NpyMatrix<double>& m, bool vector) { return matrix_bytes("<f8", m, vector); }
+std::string npy_bytes(const NpyMatrix<std::int32_t>& m, bool vector) { return matrix_bytes("<i4", m, vector); }
 
 std::string npy_bytes(const std::vector<std::string>& names) {
   size_t width = 1;
@@ -171,24 +171,24 @@ std::pair<Eigen::Index, Eigen::Index> NpzArchive::size_of(const std::string& nam
   return {static_cast<Eigen::Index>(rows), static_cast<Eigen::Index>(cols)};
 }
 
-RowMatrix<double> NpzArchive::real(const std::string& name, Eigen::Index columns) const {
+NpyMatrix<double> NpzArchive::real(const std::string& name, Eigen::Index columns) const {
   const NpyArray& a = at(name);
   if (a.type != "<f4" && a.type != "<f8") fail(name, "is of type '" + a.type + "'; expected '<f4' or '<f8'");
   const bool single = a.type == "<f4";
   const auto [rows, cols] = size_of(name, single ? sizeof(float) : sizeof(double), columns);
-  RowMatrix<double> m(rows, cols);
+  NpyMatrix<double> m(rows, cols);
   single ? convert<float>(a, a.by_columns, m) : convert<double>(a, a.by_columns, m);
   if (!m.allFinite()) fail(name, "holds NaN or infinity");
   return m;
 }
 
-RowMatrix<std::int32_t> NpzArchive::whole(const std::string& name, Eigen::Index columns) const {
+NpyMatrix<std::int32_t> NpzArchive::whole(const std::string& name, Eigen::Index columns) const {
   const NpyArray& a = at(name);
   const bool narrow = a.type == "<i4" || a.type == "<u4", is_signed = a.type == "<i4" || a.type == "<i8";
   if (!narrow && a.type != "<i8" && a.type != "<u8")
     fail(name, "is of type '" + a.type + "'; expected whole numbers of 32 or 64 bits");
   const auto [rows, cols] = size_of(name, narrow ? 4 : 8, columns);
-  RowMatrix<std::int64_t> wide(rows, cols);
+  NpyMatrix<std::int64_t> wide(rows, cols);
   if (narrow)
     is_signed ? convert<std::int32_t>(a, a.by_columns, wide) : convert<std::uint32_t>(a, a.by_columns, wide);
   else

@@ -14,13 +14,13 @@ namespace facewright {
 // Private to this module: NumPy's .npy arrays, and archives of them.
 
 template <class T>
-using RowMatrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using NpyMatrix = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// The bytes of an array: type such as "<f4", shape such as "12,3" or "12,", data by rows.
 std::string npy_bytes(const std::string& type, const std::string& shape, const std::string& data);
-std::string npy_bytes(const RowMatrix<float>& m, bool vector = false);
-std::string npy_bytes(const RowMatrix<double>& m, bool vector = false);
-std::string npy_bytes(const RowMatrix<std::int32_t>& m, bool vector = false);
+std::string npy_bytes(const NpyMatrix<float>& m, bool vector = false);
+std::string npy_bytes(const NpyMatrix<double>& m, bool vector = false);
+std::string npy_bytes(const NpyMatrix<std::int32_t>& m, bool vector = false);
 /// Text as NumPy's UTF-32 ("<U12").
 std::string npy_bytes(const std::vector<std::string>& names);
 
@@ -40,9 +40,9 @@ class NpzArchive {
   const NpyArray& at(const std::string& name) const;
   /// Numbers of any size as a matrix of `columns` columns (any number if Dynamic); a vector is one column, an array of
   /// three dimensions (a, b, c) is a matrix (a * b) x c.
-  RowMatrix<double> real(const std::string& name, Eigen::Index columns = Eigen::Dynamic) const;
+  NpyMatrix<double> real(const std::string& name, Eigen::Index columns = Eigen::Dynamic) const;
   /// The same for whole numbers, which must fit into 32 bits.
-  RowMatrix<std::int32_t> whole(const std::string& name, Eigen::Index columns = Eigen::Dynamic) const;
+  NpyMatrix<std::int32_t> whole(const std::string& name, Eigen::Index columns = Eigen::Dynamic) const;
   std::vector<std::string> names(const std::string& name) const;
   [[noreturn]] void fail(const std::string& array, const std::string& what) const;
   const std::string& path() const { return path_; }

@@ -11,14 +11,14 @@ namespace facewright {
 namespace {
 
 void add_pca(ZipWriter& zip, const std::string& name, const PcaModel& pca) {
-  zip.add(name + "_mean.npy", npy_bytes(RowMatrix<float>(as_vertices(pca.mean).cast<float>())));
-  zip.add(name + "_basis.npy", npy_bytes(RowMatrix<float>(pca.basis.cast<float>())));
-  zip.add(name + "_variances.npy", npy_bytes(RowMatrix<float>(pca.variances.cast<float>()), true));
+  zip.add(name + "_mean.npy", npy_bytes(NpyMatrix<float>(as_vertices(pca.mean).cast<float>())));
+  zip.add(name + "_basis.npy", npy_bytes(NpyMatrix<float>(pca.basis.cast<float>())));
+  zip.add(name + "_variances.npy", npy_bytes(NpyMatrix<float>(pca.variances.cast<float>()), true));
 }
 
 void add_blendshapes(ZipWriter& zip, const std::vector<Blendshape>& blendshapes) {
   if (blendshapes.empty()) return;
-  RowMatrix<float> steps(blendshapes.front().displacement.size(), static_cast<Eigen::Index>(blendshapes.size()));
+  NpyMatrix<float> steps(blendshapes.front().displacement.size(), static_cast<Eigen::Index>(blendshapes.size()));
   std::vector<std::string> names;
   for (const Blendshape& b : blendshapes) {
     steps.col(static_cast<Eigen::Index>(names.size())) = b.displacement.cast<float>();
@@ -54,7 +54,7 @@ std::vector<Blendshape> read_blendshapes(const NpzArchive& archive) {
   std::vector<Blendshape> blendshapes;
   if (!archive.has("blendshapes")) return blendshapes;
   const std::vector<std::string> names = archive.names("blendshape_names");
-  const RowMatrix<double> steps = archive.real("blendshapes", static_cast<Eigen::Index>(names.size()));
+  const NpyMatrix<double> steps = archive.real("blendshapes", static_cast<Eigen::Index>(names.size()));
   for (size_t i = 0; i < names.size(); ++i) blendshapes.push_back({names[i], steps.col(static_cast<Eigen::Index>(i))});
   return blendshapes;
 }
@@ -68,13 +68,13 @@ std::string npz_bytes(const MorphableModel& model) {
   if (model.has_colour()) add_pca(zip, "colour", model.colour());
   if (model.expression()) add_pca(zip, "expression", *model.expression());
   add_blendshapes(zip, model.blendshapes());
-  zip.add("faces.npy", npy_bytes(RowMatrix<std::int32_t>(model.faces())));
-  if (model.uv().rows() > 0) zip.add("uv.npy", npy_bytes(RowMatrix<double>(model.uv())));
+  zip.add("faces.npy", npy_bytes(NpyMatrix<std::int32_t>(model.faces())));
+  if (model.uv().rows() > 0) zip.add("uv.npy", npy_bytes(NpyMatrix<double>(model.uv())));
   if (!model.mirror().empty())
-    zip.add("mirror.npy", npy_bytes(RowMatrix<std::int32_t>(
+    zip.add("mirror.npy", npy_bytes(NpyMatrix<std::int32_t>(
                                         Eigen::Map<const Eigen::VectorXi>(model.mirror().data(), model.vertex_count())),
                                     true));
-  RowMatrix<std::int32_t> vertices(static_cast<Eigen::Index>(model.landmarks().size()), 1);
+  NpyMatrix<std::int32_t> vertices(static_cast<Eigen::Index>(model.landmarks().size()), 1);
   std::vector<std::string> names;
   for (const auto& [name, mark] : model.landmarks()) {
     vertices(static_cast<Eigen::Index>(names.size()), 0) = mark.vertex;
