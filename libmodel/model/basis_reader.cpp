@@ -6,7 +6,13 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <limits>
+#include <vector>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
 
 #include "libmodel/core/parallel.h"
 #include "libmodel/core/random.h"
@@ -14,8 +20,8 @@
 namespace facewright {
 namespace {
 
-constexpr Eigen::Index kChunk = 1024;  // rows taken from the file at once; sums are by chunk, in order
-constexpr Eigen::Index kBlock = 32;    // rows turned at once: 32 x 200 floats stay in the first cache
+constexpr Eigen::Index kChunkFloats = 1 << 14;  // taken from the file at once: stays in the cache, and in the heap
+constexpr Eigen::Index kBlock = 32;             // rows turned at once: 32 x 200 floats stay in the first cache
 
 class File {
  public:
@@ -40,12 +46,12 @@ class File {
 };
 
 // A fresh matrix costs more in page faults of 4 KB than in copying; a hint only, so its failure does not matter.
-void prefer_huge_pages([[maybe_unused]] double* data, [[maybe_unused]] size_t bytes) {
+void prefer_large_pages([[maybe_unused]] double* data, [[maybe_unused]] size_t bytes) {
 #ifdef MADV_HUGEPAGE
   constexpr std::uintptr_t page = 4096;
   const std::uintptr_t first = (reinterpret_cast<std::uintptr_t>(data) + page - 1) / page * page;
   const std::uintptr_t last = (reinterpret_cast<std::uintptr_t>(data) + bytes) / page * page;
-  if (last > first + (1u << 21)) ::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
+  if (last > first) ::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
 #endif
 }
 
@@ -57,24 +63,60 @@ Eigen::VectorXf probe(Eigen::Index modes) {
   return r;
 }
 
+// Rows of a file become columns of doubles.
+template <class Scalar>
+void turn_columns(const Scalar* rows, Eigen::Index count, Eigen::Index stride, Eigen::Index first_column,
+                  Eigen::Index columns, double* to, Eigen::Index height) {
+  for (Eigen::Index k = first_column; k < columns; ++k)
+    for (Eigen::Index j = 0; j < count; ++j) to[k * height + j] = static_cast<double>(rows[j * stride + k]);
+}
+
+template <class Scalar>
+void turn_block(const Scalar* rows, Eigen::Index count, Eigen::Index stride, Eigen::Index columns, double* to,
+                Eigen::Index height) {
+  turn_columns(rows, count, stride, 0, columns, to, height);
+}
+
+#ifdef __SSE2__
+// Four rows by four columns at a time; the same numbers, half the time.
+void turn_block(const float* rows, Eigen::Index count, Eigen::Index stride, Eigen::Index columns, double* to,
+                Eigen::Index height) {
+  const Eigen::Index whole_rows = count / 4 * 4, whole_columns = columns / 4 * 4;
+  for (Eigen::Index k = 0; k < whole_columns; k += 4)
+    for (Eigen::Index j = 0; j < whole_rows; j += 4) {
+      const float* from = rows + j * stride + k;
+      __m128 a = _mm_loadu_ps(from), b = _mm_loadu_ps(from + stride), c = _mm_loadu_ps(from + 2 * stride),
+             d = _mm_loadu_ps(from + 3 * stride);
+      _MM_TRANSPOSE4_PS(a, b, c, d);
+      double* column = to + k * height + j;
+      for (const __m128 x : {a, b, c, d}) {
+        _mm_storeu_pd(column, _mm_cvtps_pd(x));
+        _mm_storeu_pd(column + 2, _mm_cvtps_pd(_mm_movehl_ps(x, x)));
+        column += height;
+      }
+    }
+  turn_columns(rows, whole_rows, stride, whole_columns, columns, to, height);
+  turn_columns(rows + whole_rows * stride, count - whole_rows, stride, 0, columns, to + whole_rows, height);
+}
+#endif
+
 // B is written in blocks; z sums B'(B r) over the rows given. A NaN or an infinity anywhere in them makes one in z.
 template <class Scalar>
 void turn(const Scalar* rows, Eigen::Index count, Eigen::Index stride, Eigen::Index first, const Eigen::VectorXf& r,
           Eigen::MatrixXd& B, Eigen::VectorXd& z) {
-  using Rows = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  const Vector s = r.cast<Scalar>();
-  Vector sum = Vector::Zero(B.cols());
+  using Row = Eigen::Map<const Eigen::Matrix<Scalar, Eigen::Dynamic, 1>>;
+  const Eigen::Matrix<Scalar, Eigen::Dynamic, 1> s = r.cast<Scalar>();
+  Eigen::Matrix<Scalar, Eigen::Dynamic, 1> sum = s * 0;
+  const auto row = [&](Eigen::Index i) { return Row(rows + i * stride, B.cols()); };
   for (Eigen::Index i = 0; i < count; i += kBlock) {
     const Eigen::Index n = std::min(kBlock, count - i);
-    const Eigen::Map<const Rows, 0, Eigen::OuterStride<>> block(rows + i * stride, n, B.cols(),
-                                                                Eigen::OuterStride<>(stride));
-    for (Eigen::Index k = 0; k < B.cols(); ++k) {
-      const Scalar* from = block.data() + k;
-      double* to = &B(first + i, k);
-      for (Eigen::Index j = 0; j < n; ++j) to[j] = static_cast<double>(from[j * stride]);
+    turn_block(rows + i * stride, n, stride, B.cols(), &B(first + i, 0), B.rows());
+    Eigen::Index j = i;
+    for (; j + 4 <= i + n; j += 4) {
+      const Scalar y0 = row(j).dot(s), y1 = row(j + 1).dot(s), y2 = row(j + 2).dot(s), y3 = row(j + 3).dot(s);
+      sum += (y0 * row(j) + y1 * row(j + 1)) + (y2 * row(j + 2) + y3 * row(j + 3));
     }
-    for (Eigen::Index j = 0; j < n; ++j) sum += block.row(j).dot(s) * block.row(j).transpose();
+    for (; j < i + n; ++j) sum += row(j).dot(s) * row(j);
   }
   z = sum.template cast<double>();
 }
@@ -85,27 +127,28 @@ BasisRows read_basis(const Hdf5Reader& h5, const std::string& path, Eigen::Index
   BasisRows result;
   result.basis.resize(rows, modes);
   if (result.basis.size() == 0) return result;
-  prefer_huge_pages(result.basis.data(), static_cast<size_t>(result.basis.size()) * sizeof(double));
+  prefer_large_pages(result.basis.data(), static_cast<size_t>(result.basis.size()) * sizeof(double));
   const Eigen::VectorXf r = probe(modes);
-  const int chunks = static_cast<int>((rows + kChunk - 1) / kChunk);
-  std::vector<Eigen::VectorXd> parts(static_cast<size_t>(chunks));
-  const auto size_of = [&](int c) { return std::min(kChunk, rows - c * kChunk); };
   const Eigen::Index stride = h5.shape(path).cols;
+  const Eigen::Index chunk = std::max(kBlock, kChunkFloats / stride / kBlock * kBlock);  // rows; sums are by chunk
+  const int chunks = static_cast<int>((rows + chunk - 1) / chunk);
+  std::vector<Eigen::VectorXd> parts(static_cast<size_t>(chunks));
+  const auto size_of = [&](int c) { return std::min(chunk, rows - c * chunk); };
   if (const auto offset = h5.plain_floats(path)) {
     const File file(h5.name());
     parallel_blocks(chunks, 0, [&](int first, int last) {
-      std::vector<float> buffer(static_cast<size_t>(std::min(kChunk, rows) * stride));
+      std::vector<float> buffer(static_cast<size_t>(std::min(chunk, rows) * stride));
       for (int c = first; c < last; ++c) {
-        const auto at = static_cast<std::uint64_t>(c * kChunk * stride) * sizeof(float);
+        const auto at = static_cast<std::uint64_t>(c * chunk * stride) * sizeof(float);
         if (!file.read(*offset + at, buffer.data(), static_cast<size_t>(size_of(c) * stride) * sizeof(float)))
           h5.fail(path, "ends before its last row; the file is cut short");
-        turn(buffer.data(), size_of(c), stride, c * kChunk, r, result.basis, parts[static_cast<size_t>(c)]);
+        turn(buffer.data(), size_of(c), stride, c * chunk, r, result.basis, parts[static_cast<size_t>(c)]);
       }
     });
   } else {
     const RowMatrixXd all = h5.matrix(path);
     for (int c = 0; c < chunks; ++c)
-      turn(all.data() + c * kChunk * stride, size_of(c), stride, c * kChunk, r, result.basis,
+      turn(all.data() + c * chunk * stride, size_of(c), stride, c * chunk, r, result.basis,
            parts[static_cast<size_t>(c)]);
   }
   Eigen::VectorXd z = -r.cast<double>();

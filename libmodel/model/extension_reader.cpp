@@ -2,8 +2,11 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/model/extension_reader.h"
 
+#include <algorithm>
 #include <array>
+#include <charconv>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
 
 #include "libmodel/model/representer_reader.h"
@@ -28,6 +31,36 @@ auto from_json(const Hdf5Reader& h5, const std::string& path, Take take) {
 template <class T>
 T from_json(const Hdf5Reader& h5, const std::string& path) {
   return from_json(h5, path, [](const json& value) { return value.get<T>(); });
+}
+
+// {"name":[1,2,3],...} as it is written here, without the tree of a general reader; nothing for any other text.
+std::optional<std::map<std::string, std::vector<int>>> plain_lists(const std::string& text) {
+  std::map<std::string, std::vector<int>> lists;
+  const char *at = text.data(), *end = at + text.size();
+  const auto take = [&](char c) { return at != end && *at == c && ++at; };
+  if (!take('{')) return std::nullopt;
+  do {
+    if (!take('"')) return std::nullopt;
+    const char* quote = std::find(at, end, '"');
+    const std::string name(at, quote);
+    if (quote == end || name.find('\\') != name.npos) return std::nullopt;
+    at = quote + 1;
+    if (!take(':') || !take('[')) return std::nullopt;
+    std::vector<int>& list = lists[name];
+    while (!take(']')) {
+      if (!list.empty() && !take(',')) return std::nullopt;
+      const auto [next, error] = std::from_chars(at, end, list.emplace_back());
+      if (error != std::errc()) return std::nullopt;
+      at = next;
+    }
+  } while (take(','));
+  if (!take('}') || at != end) return std::nullopt;
+  return lists;
+}
+
+std::map<std::string, std::vector<int>> read_regions(const Hdf5Reader& h5, const std::string& path) {
+  if (auto lists = plain_lists(h5.string(path))) return *std::move(lists);
+  return from_json<std::map<std::string, std::vector<int>>>(h5, path);
 }
 
 using Coordinates = std::map<std::string, Eigen::Vector3d>;
@@ -147,7 +180,7 @@ void read_extension(const Hdf5Reader& h5, const std::string& at, MorphableModelP
   if (h5.has(at + "/base_faces")) parts.base_faces = read_index_triples(h5, at + "/base_faces");
   parts.levels.back().landmark_points = read_landmark_points(h5, at);
   parts.blendshapes = read_blendshapes(h5, at + "/blendshapes", parts.shape.mean.size());
-  if (h5.has(at + "/regions")) parts.regions = from_json<decltype(parts.regions)>(h5, at + "/regions");
+  if (h5.has(at + "/regions")) parts.regions = read_regions(h5, at + "/regions");
   if (h5.has(at + "/provenance")) parts.provenance = from_json<decltype(parts.provenance)>(h5, at + "/provenance");
 }
 

@@ -155,7 +155,9 @@ std::string Hdf5Writer::bytes() {
 Hdf5Reader::Hdf5Reader(const std::filesystem::path& file) : name_(file.string()) {
   const Quiet quiet;
   if (!std::filesystem::is_regular_file(file)) throw IoError(name_, "there is no such file; expected a model (.h5)");
-  file_ = H5Fopen(name_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);  // a damaged file may leave something open
+  file_ = H5Fopen(name_.c_str(), H5F_ACC_RDONLY, access);
   if (file_ < 0) throw IoError(name_, "is not an HDF5 file, or is cut short; expected a model (.h5)");
 }
 
@@ -196,9 +198,8 @@ std::vector<std::string> Hdf5Reader::children(const std::string& group) const {
 
 // A dataset of numbers, which the caller closes.
 std::int64_t Hdf5Reader::open_numbers(const std::string& path) const {
-  if (!has(path)) fail(path, "is missing; is this a statismo 0.9 or Facewright model?");
   const hid_t set = H5Dopen2(file_, path.c_str(), H5P_DEFAULT);
-  if (set < 0) fail(path, "is not a dataset");
+  if (set < 0) fail(path, has(path) ? "is not a dataset" : "is missing; is this a statismo 0.9 or Facewright model?");
   const Handle type(H5Dget_type(set), H5Tclose);
   const H5T_class_t kind = H5Tget_class(type);
   if (kind == H5T_FLOAT || kind == H5T_INTEGER) return set;

@@ -14,6 +14,10 @@ namespace {
 void expect(bool ok, const std::string& what) {
   if (!ok) throw InvalidInput("model: " + what);
 }
+// For loops over vertices: no text is made unless it is needed.
+void expect(bool ok, const char* what) {
+  if (!ok) throw InvalidInput(std::string("model: ") + what);
+}
 
 void check_levels(const MorphableModelParts& p, int n) {
   expect(!p.levels.empty(), "there is no level");
@@ -47,7 +51,8 @@ void check_parents(const MorphableModelParts& p, int n) {
   for (size_t i = 0; i < p.parents.size(); ++i) {
     const int v = base + static_cast<int>(i);
     const auto& q = p.parents[i];
-    expect(q.a >= 0 && q.b >= 0 && q.a < v && q.b < v && q.c < v, "vertex " + std::to_string(v) + " has no parents");
+    if (q.a < 0 || q.b < 0 || q.a >= v || q.b >= v || q.c >= v)
+      throw InvalidInput("model: vertex " + std::to_string(v) + " has no parents");
   }
   expect(p.base_faces.size() == 0 || (p.base_faces.minCoeff() >= 0 && p.base_faces.maxCoeff() < base),
          "a base triangle names a vertex that has parents");
@@ -122,7 +127,8 @@ void MorphableModel::check() const {
   expect(p.uv.allFinite(), "texture coordinates hold NaN or infinity");
   check_landmarks(p);
   for (const auto& [name, region] : p.regions)
-    for (int v : region) expect(v >= 0 && v < n, "region '" + name + "' names a vertex that does not exist");
+    if (std::any_of(region.begin(), region.end(), [n](int v) { return v < 0 || v >= n; }))
+      throw InvalidInput("model: region '" + name + "' names a vertex that does not exist");
 }
 
 const ModelLevel& MorphableModel::at(int level) const {
