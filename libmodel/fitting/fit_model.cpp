@@ -11,12 +11,16 @@
 
 namespace facewright {
 
-Image frontal_view(const Mesh& mesh, const Image& isomap, int size, int threads) {
+Image textured_view(const Mesh& mesh, const Image& texture, int size, double yaw, double pitch, int threads) {
   RenderOptions options;
   options.width = options.height = size;
   options.shading = Shading::none;
   options.threads = threads;
-  return render_mesh(mesh, frame_camera(mesh.V, size, size), options, isomap);
+  return render_mesh(mesh, frame_camera(mesh.V, size, size, yaw, pitch), options, texture);
+}
+
+Image frontal_view(const Mesh& mesh, const Image& isomap, int size, int threads) {
+  return textured_view(mesh, isomap, size, 0, 0, threads);
 }
 
 Image fit_overlay(const Image& image, const Vertices& V, const Faces& F, const FitResult& fit) {
@@ -39,9 +43,12 @@ FitModelResult fit_model(const MorphableModel& model, const Image& image, const 
   if (result.mesh.has_uv()) {
     TextureOptions texture = options.texture;
     texture.threads = options.threads;
-    result.texture = extract_texture(result.mesh, image, result.fit.camera, texture);
+    const IsomapTexels texels = isomap_texels(result.mesh, texture.size);
+    result.texture = extract_texture(result.mesh, texels, image, result.fit.camera, texture);
+    if (result.texture.summary.visible_texels > 0 || model.has_colour())
+      result.completed = complete_texture(model, options.level, result.texture.isomap, texels, options.completion);
   }
-  result.frontal = frontal_view(result.mesh, result.texture.isomap, options.frontal_size, options.threads);
+  result.frontal = frontal_view(result.mesh, result.completed.texture, options.frontal_size, options.threads);
   const int coarse = model.vertex_count(0);  // a finer wireframe would hide the image
   result.overlay = fit_overlay(image, result.mesh.V.topRows(coarse), model.faces(0), result.fit);
   return result;

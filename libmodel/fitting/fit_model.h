@@ -3,6 +3,7 @@
 #pragma once
 
 #include "libmodel/core/image.h"
+#include "libmodel/fitting/complete_texture.h"
 #include "libmodel/fitting/fit_landmarks.h"
 #include "libmodel/fitting/texture.h"
 
@@ -11,6 +12,7 @@ namespace facewright {
 struct FitModelOptions {
   FitOptions fit;
   TextureOptions texture;
+  CompletionOptions completion;
   int level = -1;          ///< model level of the mesh, -1 = finest
   int frontal_size = 512;  ///< pixels along each side of the frontal view
   int threads = 0;         ///< 0 = all
@@ -20,15 +22,18 @@ struct FitModelResult {
   FitResult fit;
   Mesh mesh;              ///< the fitted face in the model's frame, mm, with uv and the model's mean colours if any
   TextureResult texture;  ///< empty isomap if the model has no texture coordinates
-  Image frontal;          ///< the textured face from the front, RGB; hidden parts show the mean colours
-  Image overlay;          ///< the image with the fit's wireframe, the landmarks (green) and their fit (red)
+  CompletedTexture completed;  ///< the texture without holes and what is invented in it; empty without uv
+  Image frontal;               ///< the face with the completed texture from the front, RGB
+  Image overlay;               ///< the image with the fit's wireframe, the landmarks (green) and their fit (red)
 };
 
 /// The whole of fitting: landmarks to pose and shape, image to isomap, frontal view and overlay.
 FitModelResult fit_model(const MorphableModel& model, const Image& image, const ImageLandmarks& landmarks,
                          const FitModelOptions& options = {}, const LandmarkMapper& mapper = {});
 
-/// The textured face from the front without shading, size x size, RGB.
+/// The textured face without shading, size x size, RGB, the head turned by yaw and pitch (radians, see HeadPose).
+Image textured_view(const Mesh& mesh, const Image& texture, int size, double yaw, double pitch = 0, int threads = 0);
+/// The same from the front.
 Image frontal_view(const Mesh& mesh, const Image& isomap, int size, int threads = 0);
 
 /// The image under the fit: visible edges of (V, F), measured landmarks as green crosses, fitted ones as red discs.

@@ -73,7 +73,13 @@ class DepthMap {
     width_ = static_cast<int>(double{scale_} * (high - low)[0]) + 5;
     height_ = static_cast<int>(double{scale_} * (high - low)[1]) + 5;
     rows_.clear(0, width_, 0, height_);
-    for (const ScanList::Item& item : scan_list(p, F, height_, false).items) rows_.draw(item, width_);
+    constexpr int band_rows = 32;
+    const ScanList list = scan_list(p, F, height_, false);
+    const auto bands = bands_of(list, height_, band_rows);
+    for (size_t band = 0; band < bands.size(); ++band)
+      for (const int i : bands[band])
+        rows_.draw(list.items[static_cast<size_t>(i)], width_, static_cast<int>(band) * band_rows,
+                   static_cast<int>(band) * band_rows + band_rows - 1);
   }
 
   /// Whether a point at pixel (x, y) is nearest to the camera. The depth varies within a pixel by the slope of the

@@ -14,7 +14,7 @@ struct TextureOptions {
   double hidden_cosine = 0.17;  ///< cosine of the angle to the viewer (80 degrees) at which alpha reaches 0
   double full_cosine = 0.5;     ///< 60 degrees: from here on alpha is 1
   double depth_bias = 0.005;    ///< share of the face's depth by which a point may lie behind the visible surface
-  int depth_resolution = 1024;  ///< pixels of the z-buffer along the face's longer side
+  int depth_resolution = 768;   ///< pixels of the z-buffer along the face's longer side
   int threads = 0;              ///< 0 = all; the bytes do not depend on it
 };
 

@@ -51,10 +51,10 @@ void VisibilityRows::clear(int left, int right, int first, int count) {
   z_.assign(pixels + 4, -std::numeric_limits<float>::infinity());
 }
 
-void VisibilityRows::draw(const ScanList::Item& item, int width) {
-  const int last = std::min(item.scan.last_row, last_row());
+void VisibilityRows::draw(const ScanList::Item& item, int width, int from, int to) {
+  const int last = std::min({item.scan.last_row, to, last_row()});
   const auto step = static_cast<float>(item.z.dx);
-  for (int y = std::max(item.scan.first_row, first_); y <= last; ++y) {
+  for (int y = std::max({item.scan.first_row, from, first_}); y <= last; ++y) {
     auto [begin, end] = item.scan.span(y, width);
     begin = std::max(begin, left_), end = std::min(end, right_);
     if (begin >= end) continue;

@@ -112,7 +112,9 @@ class VisibilityRows {
   /// Columns [left, right) of rows [first, first + count), empty.
   void clear(int left, int right, int first, int count);
   /// Equal z stays with the one drawn first.
-  void draw(const ScanList::Item& item, int width);
+  void draw(const ScanList::Item& item, int width) { draw(item, width, first_, last_row()); }
+  /// The same, in rows [from, to] only: a large buffer is filled band by band, which stays in the cache.
+  void draw(const ScanList::Item& item, int width, int from, int to);
 
   const int* triangles(int y) const { return triangle_.data() + offset(y); }  ///< of column left()
   const float* z(int y) const { return z_.data() + offset(y); }
