@@ -75,11 +75,14 @@ std::string read_file(const fs::path& path) {
   std::string bytes(static_cast<size_t>(info.st_size), '\0');
   size_t done = 0;
   for (;;) {
-    if (done == bytes.size()) bytes.resize(bytes.size() + 4096);  // pipes, and files that grow meanwhile
-    const ssize_t n = ::read(file.get(), bytes.data() + done, bytes.size() - done);
+    char more[4096];  // of pipes, and files that grow meanwhile; without moving what is there already
+    const bool full = done == bytes.size();
+    const ssize_t n = full ? ::read(file.get(), more, sizeof more)
+                           : ::read(file.get(), bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) fail(path, "cannot read");
     if (n == 0) break;
+    if (full) bytes.append(more, static_cast<size_t>(n));
     done += static_cast<size_t>(n);
   }
   bytes.resize(done);

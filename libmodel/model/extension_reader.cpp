@@ -141,6 +141,8 @@ std::map<std::string, SurfacePoint, LandmarkNameOrder> read_landmark_points(cons
   std::map<std::string, SurfacePoint, LandmarkNameOrder> points;
   const std::string path = ext + "/landmark_points";
   if (!h5.has(path)) return points;
+  // Most models have all their landmarks at vertices, of which only their vertex is wanted.
+  if (h5.has(ext + "/format") && h5.string(path).find("\"vertex\":-1") == std::string::npos) return points;
   return from_json(h5, path, [&](const json& table) {
     for (const auto& [name, entry] : table.items()) {
       const auto b = entry.at("barycentric").get<std::array<double, 3>>();
