@@ -39,6 +39,7 @@ void fit(benchmark::State& state, PcaSolver solver) {
   PcaResult result;
   for (auto _ : state) benchmark::DoNotOptimize(result = fit_pca(X, options));
   state.counters["modes"] = result.summary.mode_count;
+  state.counters["kept"] = result.summary.kept_variance;
   state.counters["iterations"] = result.summary.iterations;
   state.counters["residual"] = result.summary.residual;
 }
