@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libmodel/core/similarity.h"
 #include "libregister/intake/scan.h"
 #include "libregister/registration/register_scan.h"
 #include "libregister/subdivision/hierarchy.h"
@@ -20,7 +21,7 @@ const char* criterion_name(LevelCriterion criterion);
 
 /// Everything `build-model` can be told.
 struct BuildPipelineOptions {
-  std::filesystem::path scans;   ///< folder of scans with their landmarks
+  std::filesystem::path scans;   ///< folder of scans with their landmarks, or a manifest (a file)
   std::filesystem::path output;  ///< folder to make; see docs/file-formats.md for what it will hold
   int jobs = 0;                  ///< scans registered at once, 0 = all cores; does not change a byte
   std::uint64_t seed = 1;        ///< of the pictures' random faces
@@ -35,7 +36,13 @@ struct BuildPipelineOptions {
   bool symmetric = true;  ///< false: left and right are refined independently, even if the reference is symmetric
   std::vector<int> levels = kSurreyLevels;  ///< vertex budgets of the model's levels
   double variance_share = 0.99;             ///< of shape and colour kept in the model [huber2016]
+  Scaling scaling = Scaling::fixed;         ///< free: size is no part of the shape
+  double prune_quantile = 0;                ///< of chi-squared beyond which a shape is left out [booth2016]; 0: never
+  std::vector<std::string> exclude;         ///< ids of scans to leave out of the model
+  std::string terms;                        ///< licence and consent, for the model card
   int least_scans = 3;                      ///< fewer registered scans than this make no model
+
+  bool has_manifest() const { return std::filesystem::is_regular_file(scans); }
 };
 
 }  // namespace facewright

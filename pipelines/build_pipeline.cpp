@@ -6,8 +6,8 @@
 #include <atomic>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
-#include "libmodel/building/build_model.h"
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
 #include "libmodel/core/stage_clock.h"
@@ -21,6 +21,7 @@
 #include "libregister/reference/reference_face.h"
 #include "pipelines/build_report.h"
 #include "pipelines/matrix_hash.h"
+#include "pipelines/model_stage.h"
 #include "pipelines/output_tree.h"
 #include "pipelines/reference_file.h"
 #include "pipelines/scan_stage.h"
@@ -82,10 +83,12 @@ std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files, const
 constexpr const char* kScanFolders[] = {"registered", "scans", "problematic"};
 
 // OUT/scans/ID.json would overwrite the landmarks of scans that lie in OUT/scans.
-void check_output(const BuildPipelineOptions& options, const OutputTree& tree) {
+void check_output(const std::vector<ScanFiles>& files, const OutputTree& tree) {
+  std::set<fs::path> folders;
+  for (const ScanFiles& f : files) folders.insert(fs::weakly_canonical(f.mesh).parent_path());
   for (const char* folder : kScanFolders)
-    if (fs::weakly_canonical(options.scans) == fs::weakly_canonical(tree.root / folder))
-      throw InvalidInput("output: the scans lie in " + options.scans.string() +
+    if (folders.count(fs::weakly_canonical(tree.root / folder)))
+      throw InvalidInput("output: the scans lie in " + (tree.root / folder).string() +
                          ", where the build writes files of its own; choose another -o, for instance " +
                          (tree.root / "model").string());
   if (fs::exists(tree.root) && !fs::is_directory(tree.root))
@@ -142,23 +145,74 @@ void write_build_json(const BuildPipelineOptions& options, const std::vector<Sca
                  {"left_out", s.levels.left_out},
                  {"kept", s.levels.kept}};
   j["options"]["variance_share"] = options.variance_share;
+  j["options"]["scaling"] = options.scaling == Scaling::free ? "similarity" : "rigid";
+  j["options"]["prune_quantile"] = options.prune_quantile;
+  j["options"]["exclude"] = options.exclude;
   j["seed"] = options.seed;
   j["inputs"] = input_hashes(files);
   j["registered"] = s.registered;
   j["problematic"] = Json::object();
   for (const ScanOutcome& o : s.scans)
     if (!o.registered) j["problematic"][o.id] = o.reason;
+  j["pruned"] = s.pruned;
+  j["without_neutral"] = s.without_neutral;
+  j["blendshapes"] = s.blendshapes;
+  j["expression_modes"] = s.expression_modes;
   j["shape_modes"] = s.shape_modes;
   j["colour_modes"] = s.colour_modes;
   for (const auto& [stage, seconds] : s.seconds) j["seconds"][stage] = seconds;
   write_file(tree.build_json(), j.dump(1) + "\n");
 }
 
-std::vector<std::string> registered_ids(const BuildPipelineSummary& summary) {
-  std::vector<std::string> ids;
+// What is known about the scans, by id; without a manifest only their names.
+std::map<std::string, ManifestEntry> entries_of(const BuildPipelineOptions& options, std::vector<ScanFiles>* files) {
+  std::map<std::string, ManifestEntry> entries;
+  if (options.has_manifest()) {
+    const Manifest manifest = read_manifest(options.scans);
+    *files = find_scans(manifest);
+    for (const ManifestEntry& e : manifest.entries) entries[e.id] = e;
+  } else {
+    *files = find_scans(options.scans);
+    for (const ScanFiles& f : *files) entries[f.id].id = entries[f.id].subject = f.id;
+  }
+  for (const std::string& id : options.exclude)
+    if (entries.erase(id) == 0)
+      throw InvalidInput("exclude: there is no scan '" + id + "' in " + options.scans.string());
+  std::erase_if(*files, [&](const ScanFiles& f) { return entries.count(f.id) == 0; });
+  return entries;
+}
+
+// The scans that may decide what a face at rest looks like.
+std::vector<ScanFiles> neutral_scans(std::vector<ScanFiles> files,
+                                     const std::map<std::string, ManifestEntry>& entries) {
+  std::erase_if(files, [&](const ScanFiles& f) { return !entries.at(f.id).neutral(); });
+  if (files.empty()) throw InvalidInput("build: no scan has a neutral expression");
+  return files;
+}
+
+std::vector<ManifestEntry> registered_entries(const BuildPipelineSummary& summary,
+                                              const std::map<std::string, ManifestEntry>& entries) {
+  std::vector<ManifestEntry> registered;
   for (const ScanOutcome& o : summary.scans)
-    if (o.registered) ids.push_back(o.id);
-  return ids;
+    if (o.registered) registered.push_back(entries.at(o.id));
+  return registered;
+}
+
+std::map<std::string, std::string> failures(const BuildPipelineSummary& summary) {
+  std::map<std::string, std::string> reasons;
+  for (const ScanOutcome& o : summary.scans)
+    if (!o.registered) reasons[o.id] = o.reason;
+  return reasons;
+}
+
+void describe_model(const ModelStageResult& stage, BuildPipelineSummary* summary) {
+  const MorphableModel& model = stage.built.model;
+  summary->shape_modes = static_cast<int>(model.shape().mode_count());
+  summary->colour_modes = static_cast<int>(model.colour().mode_count());
+  summary->expression_modes = model.expression() ? static_cast<int>(model.expression()->mode_count()) : 0;
+  for (const Blendshape& b : model.blendshapes()) summary->blendshapes.push_back(b.name);
+  summary->pruned = stage.pruned;
+  summary->without_neutral = stage.expressions.without_neutral;
 }
 
 void write_model_files(const MorphableModel& model, const OutputTree& tree, BuildPipelineSummary* summary,
@@ -180,12 +234,13 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
   BuildPipelineSummary summary;
   StageClock clock(&summary.seconds);
   const OutputTree tree{options.output};
-  check_output(options, tree);
-  const std::vector<ScanFiles> files = find_scans(options.scans);
+  std::vector<ScanFiles> files;
+  const std::map<std::string, ManifestEntry> entries = entries_of(options, &files);
+  check_output(files, tree);
   const ReferenceFace face = load_reference(options);
   fs::create_directories(tree.root);
   remove_strangers(files, tree);
-  const LevelDecision decision = decide_levels(face, files, options, tree, progress);
+  const LevelDecision decision = decide_levels(face, neutral_scans(files, entries), options, tree, progress);
   const MultiresTemplate& reference = decision.reference;
   summary.levels = decision.summary;
   write_landmark_vertices(reference, tree);
@@ -200,23 +255,20 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
                        " are needed for a model; the reasons are in " + (tree.root / "problematic").string());
   }
   if (progress) progress({"building the model", 0, 1, ""});
-  const RegisteredSet set = read_registered_set(registered_ids(summary), reference, tree);
-  BuildModelOptions building;
-  building.variance_share = building.colour_variance_share = options.variance_share;
-  building.threads = options.jobs;
-  building.provenance["program"] = std::string("build-model ") + FACEWRIGHT_VERSION;
-  const BuildModelResult built = build_model(set, reference, building);
-  summary.shape_modes = static_cast<int>(built.model.shape().variances.size());
-  summary.colour_modes = static_cast<int>(built.model.colour().variances.size());
+  const ModelStageResult stage =
+      model_stage(registered_entries(summary, entries), failures(summary), reference, options, tree);
+  describe_model(stage, &summary);
+  write_file(tree.model_card(".md"), stage.card_markdown);
+  write_file(tree.model_card(".json"), stage.card_json);
   if (progress) progress({"building the model", 1, 1, ""});
   clock.finish("model");
-  const TextureStage stage =
-      texture_stage(reference, as_vertices(built.model.shape().mean), tree.isomap(), {.threads = options.jobs});
-  const MorphableModel model = built.model.with_uv(stage.texture.uv);
+  const TextureStage map =
+      texture_stage(reference, as_vertices(stage.built.model.shape().mean), tree.isomap(), {.threads = options.jobs});
+  const MorphableModel model = stage.built.model.with_uv(map.texture.uv);
   clock.finish("texture map");
   write_model_files(model, tree, &summary, progress);
   clock.finish("files");
-  write_build_report(model, set, summary, options, tree);
+  write_build_report(model, stage.scans, summary, options, tree);
   clock.finish("report");
   write_build_json(options, files, summary, tree);
   return summary;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -28,14 +29,17 @@ struct BuildPipelineSummary {
   std::vector<ScanOutcome> scans;  ///< in order of id
   LevelDecisionSummary levels;     ///< how the hierarchy was decided
   int registered = 0, failed = 0;
-  int shape_modes = 0, colour_modes = 0;
+  int shape_modes = 0, colour_modes = 0, expression_modes = 0;
+  std::vector<std::string> blendshapes;       ///< names
+  std::map<std::string, std::string> pruned;  ///< registered scans that are no part of the model, with the reason
+  std::vector<std::string> without_neutral;   ///< people whose expressions could not be used
   std::vector<int> level_vertices;
   std::vector<std::pair<std::string, double>> seconds;  ///< per stage, in order
 };
 
-/// A folder of scans to a model with its levels, exports and report, as `build-model` does it. A scan that cannot be
-/// used ends in OUT/problematic/ID.txt with the reason and the others go on. Throws InvalidInput when too few are left,
-/// IoError when the output cannot be written.
+/// A folder or manifest of scans to a model with its levels, exports and report, as `build-model` does it. A scan that
+/// cannot be used ends in OUT/problematic/ID.txt with the reason and the others go on. Throws InvalidInput when too few
+/// are left, IoError when the output cannot be written.
 BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const Progress& progress = {});
 
 }  // namespace facewright

@@ -26,6 +26,9 @@ struct OutputTree {
   std::filesystem::path hierarchy() const { return root / "hierarchy.json"; }
   std::filesystem::path exports() const { return root / "export"; }
   std::filesystem::path report() const { return root / "report"; }
+  std::filesystem::path model_card(const char* extension) const {
+    return root / (std::string("model_card") + extension);
+  }
   std::filesystem::path build_json() const { return root / "build.json"; }
 };
 

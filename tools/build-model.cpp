@@ -49,6 +49,12 @@ void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
   report(common, "build-model: " + std::to_string(s.registered) + " of " + std::to_string(s.scans.size()) +
                      " scans registered; " + std::to_string(s.shape_modes) + " shape and " +
                      std::to_string(s.colour_modes) + " colour modes; levels " + levels);
+  for (const auto& [id, reason] : s.pruned) std::cerr << "build-model: " << id << " " << reason << "\n";
+  for (const std::string& who : s.without_neutral)
+    std::cerr << "build-model: " << who << " has expressions but no neutral scan that could be used: no part of them\n";
+  if (!s.blendshapes.empty())
+    report(common, "build-model: " + std::to_string(s.blendshapes.size()) + " expressions by name, " +
+                       std::to_string(s.expression_modes) + " modes of expression");
   if (s.levels.too_few_scans)
     std::cerr << "build-model: too few scans could be registered to decide the levels by; the reference's own shape "
                  "decided\n";
@@ -68,12 +74,13 @@ int main(int argc, char** argv) {
       CommonFlags::output | CommonFlags::jobs | CommonFlags::seed | CommonFlags::units | CommonFlags::resume,
       "build-model scans -o model -j 2");
   BuildPipelineOptions options;
-  std::string denoise = "auto", criterion = "deviation", reference, reference_landmarks;
+  std::string denoise = "auto", gpa = "rigid", criterion = "deviation", reference, reference_landmarks;
   std::vector<std::string> levels = {"surrey"};
   bool no_mirror = false, asymmetric = false, own_shape = false;
   app.add_option(
          "scans", options.scans,
-         "Folder of scans (OBJ, PLY, STL, OFF, glTF) with ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson beside each")
+         "Folder of scans (OBJ, PLY, STL, OFF, glTF) with ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson beside each; "
+         "or a manifest: CSV with a column file, and id, landmarks, subject, expression, group, age, units")
       ->required();
   app.add_option("--levels", levels, "Vertex counts of the model's levels, increasing; surrey: 3448,16759,29587")
       ->delimiter(',')
@@ -88,6 +95,13 @@ int main(int argc, char** argv) {
   app.add_flag("--asymmetric", asymmetric, "Refine left and right independently");
   app.add_option("--variance", options.variance_share, "Share of the variance kept in shape and colour")
       ->check(CLI::Range(0.01, 1.0));
+  app.add_option("--gpa", gpa, "Alignment before the statistics; rigid keeps the size of heads in the model")
+      ->check(CLI::IsMember({"rigid", "similarity"}));
+  app.add_option("--prune", options.prune_quantile,
+                 "Leave out shapes beyond this quantile of chi-squared, such as 0.99, and list them; 0: keep all")
+      ->check(CLI::Range(0.0, 0.9999999));
+  app.add_option("--exclude", options.exclude, "Ids of scans to leave out")->delimiter(',');
+  app.add_option("--terms", options.terms, "Licence and consent of the scans, for the model card");
   app.add_option("--denoise", denoise, "Noise filter")
       ->check(CLI::IsMember({"auto", "gauss", "median", "bilateral", "none"}));
   app.add_option(
@@ -113,6 +127,7 @@ int main(int argc, char** argv) {
     options.registration.use_mirror = !no_mirror;
     options.levels = levels_from(levels);
     options.criterion = criterion_from_name(criterion);
+    options.scaling = gpa == "similarity" ? Scaling::free : Scaling::fixed;
     options.symmetric = !asymmetric;
     options.mean_as_reference = !own_shape;
     options.reference = reference;

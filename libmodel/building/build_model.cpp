@@ -4,27 +4,27 @@
 
 #include <numeric>
 
+#include "libmodel/building/pca_out_of_core.h"
 #include "libmodel/core/errors.h"
 #include "libmodel/geometry/normals.h"
 
 namespace facewright {
 namespace {
 
-void check(const RegisteredSet& scans, const MultiresTemplate& reference, const BuildModelOptions& options) {
-  const auto expect = [](bool ok, const std::string& what) {
-    if (!ok) throw InvalidInput("build model: " + what);
-  };
-  expect(scans.scan_count() > 0, "there are no registered scans");
-  expect(scans.vertex_count() == reference.V.rows(), "scans have " + std::to_string(scans.vertex_count()) +
-                                                         " vertices, the reference " +
-                                                         std::to_string(reference.V.rows()));
-  expect(scans.colours.size() == 0 ||
-             (scans.colours.rows() == scans.shapes.rows() && scans.colours.cols() == scans.shapes.cols()),
-         "colours and shapes differ in size");
+void expect(bool ok, const std::string& what) {
+  if (!ok) throw InvalidInput("build model: " + what);
+}
+
+void check(Eigen::Index scans, Eigen::Index vertices, const MultiresTemplate& reference,
+           const BuildModelOptions& options) {
+  expect(scans > 0, "there are no registered scans");
+  expect(vertices == reference.V.rows(),
+         "scans have " + std::to_string(vertices) + " vertices, the reference " + std::to_string(reference.V.rows()));
   expect(options.first_level >= 0 && options.first_level < static_cast<int>(reference.levels.size()),
          "first_level is " + std::to_string(options.first_level) + ", the reference has " +
              std::to_string(reference.levels.size()) + " levels");
   expect(options.rim_weight >= 0 && options.rim_weight <= 1, "rim_weight must be within 0..1");
+  expect(options.prune_quantile >= 0 && options.prune_quantile < 1, "prune_quantile must be 0 (off) or below 1");
 }
 
 Eigen::VectorXd procrustes_weights(const MultiresTemplate& reference, double rim_weight) {
@@ -59,54 +59,128 @@ MorphableModelParts parts_of(const MultiresTemplate& reference, int first_level)
   return parts;
 }
 
+SampleMatrix rows_of(const SampleMatrix& X, const std::vector<int>& rows) {
+  return X.size() == 0 ? SampleMatrix() : SampleMatrix(X(rows, Eigen::all));
+}
+
+std::vector<int> first_integers(Eigen::Index n) {
+  std::vector<int> rows(static_cast<size_t>(n));
+  std::iota(rows.begin(), rows.end(), 0);
+  return rows;
+}
+
+ProcrustesOptions alignment_options(const BuildModelOptions& options) {
+  return {.scaling = options.scaling, .unseen_weight = options.unseen_weight, .threads = options.threads};
+}
+
+PcaOptions pca_options(const BuildModelOptions& options, double share) {
+  PcaOptions pca;
+  pca.variance_share = share;
+  pca.max_modes = options.max_modes;
+  pca.solver = options.solver;
+  pca.threads = options.threads;
+  return pca;
+}
+
+// As many modes as pruning looks at, whatever the model keeps.
+PcaOptions pruning_pca(const BuildModelOptions& options) {
+  PcaOptions pca = pca_options(options, 1);
+  pca.max_modes = options.prune_modes;
+  return pca;
+}
+
+PruneOptions prune_options(const BuildModelOptions& options) { return {options.prune_quantile, options.prune_modes}; }
+
+void take_shape(PcaResult shape, MorphableModelParts* parts, BuildModelResult* result) {
+  result->summary.shape = shape.summary;
+  result->summary.shape_shares = cumulative_shares(shape.model, shape.summary.total_variance);
+  result->shape_scores = std::move(shape.scores);
+  parts->shape = std::move(shape.model);
+}
+
+void take_colour(PcaResult colour, MorphableModelParts* parts, BuildModelResult* result) {
+  result->summary.colour = colour.summary;
+  result->summary.colour_shares = cumulative_shares(colour.model, colour.summary.total_variance);
+  result->colour_scores = std::move(colour.scores);
+  parts->colour = std::move(colour.model);
+}
+
 }  // namespace
 
 BuildModelResult build_model(const RegisteredSet& scans, const MultiresTemplate& reference,
                              const BuildModelOptions& options, const Progress& progress) {
-  check(scans, reference, options);
+  check(scans.scan_count(), scans.vertex_count(), reference, options);
+  expect(scans.colours.size() == 0 ||
+             (scans.colours.rows() == scans.shapes.rows() && scans.colours.cols() == scans.shapes.cols()),
+         "colours and shapes differ in size");
   const auto tell = [&](int done, const char* item) {
     if (progress) progress({"model", done, 3, item});
   };
   BuildModelResult result;
-  BuildModelSummary& summary = result.summary;
   MorphableModelParts parts = parts_of(reference, options.first_level);
-
-  ProcrustesResult aligned =
-      generalised_procrustes(scans.shapes, procrustes_weights(reference, options.rim_weight), reference.V,
-                             {.scaling = options.scaling, .threads = options.threads});
-  summary.procrustes = aligned.summary;
+  const Eigen::VectorXd weights = procrustes_weights(reference, options.rim_weight);
+  const auto align = [&](const SampleMatrix& shapes, const SampleMatrix& visibility) {
+    return generalised_procrustes(shapes, weights, reference.V, alignment_options(options), visibility);
+  };
+  ProcrustesResult aligned = align(scans.shapes, scans.visibility);
+  result.scans = first_integers(scans.scan_count());
+  if (options.prune_quantile > 0) {
+    result.summary.pruned = find_outliers(fit_pca(aligned.shapes, pruning_pca(options)).scores, prune_options(options));
+    result.scans = result.summary.pruned.kept;
+    if (!result.summary.pruned.removed.empty())
+      aligned = align(rows_of(scans.shapes, result.scans), rows_of(scans.visibility, result.scans));
+  }
+  result.summary.procrustes = aligned.summary;
   result.mean_from_scans = std::move(aligned.mean_from_scans);
   tell(1, "alignment");
 
-  PcaOptions pca;
-  pca.threads = options.threads;
-  pca.max_modes = options.max_modes;
-  pca.variance_share = options.variance_share;
-  PcaResult shape = fit_pca(aligned.shapes, pca);
-  summary.shape = shape.summary;
-  summary.shape_shares = cumulative_shares(shape.model, shape.summary.total_variance);
-  result.shape_scores = std::move(shape.scores);
-  parts.shape = std::move(shape.model);
+  take_shape(fit_pca(aligned.shapes, pca_options(options, options.variance_share)), &parts, &result);
   tell(2, "shape");
 
   if (scans.colours.size() > 0) {
-    pca.variance_share = options.colour_variance_share;
-    PcaResult colour;
+    const PcaOptions pca = pca_options(options, options.colour_variance_share);
+    SampleMatrix colours = rows_of(scans.colours, result.scans);
     if (scans.visibility.size() > 0) {
       FillUnseenOptions fill = options.fill;
       fill.threads = options.threads;
-      FillUnseenResult filled = fill_unseen(scans.colours, scans.visibility, fill);
-      summary.fill = filled.summary;
-      colour = fit_pca(filled.values, pca);
-    } else {
-      colour = fit_pca(scans.colours, pca);
+      FillUnseenResult filled = fill_unseen(colours, rows_of(scans.visibility, result.scans), fill);
+      result.summary.fill = filled.summary;
+      colours = std::move(filled.values);
     }
-    summary.colour = colour.summary;
-    summary.colour_shares = cumulative_shares(colour.model, colour.summary.total_variance);
-    result.colour_scores = std::move(colour.scores);
-    parts.colour = std::move(colour.model);
+    take_colour(fit_pca(colours, pca), &parts, &result);
   }
   tell(3, "colour");
+  parts.provenance = options.provenance;
+  result.model = MorphableModel(std::move(parts));
+  return result;
+}
+
+BuildModelResult build_model(SampleStore& shapes, SampleStore* colours, const MultiresTemplate& reference,
+                             const BuildModelOptions& options, const Progress& progress) {
+  check(shapes.sample_count(), shapes.cols() / 3, reference, options);
+  expect(colours == nullptr || (colours->cols() == shapes.cols() && colours->ids() == shapes.ids()),
+         "colours and shapes differ in size or ids");
+  BuildModelResult result;
+  MorphableModelParts parts = parts_of(reference, options.first_level);
+  const Eigen::VectorXd weights = procrustes_weights(reference, options.rim_weight);
+  const auto align = [&] { return realign(shapes, weights, reference.V, alignment_options(options), progress); };
+  result.summary.procrustes = align();
+  result.scans = first_integers(shapes.sample_count());
+  if (options.prune_quantile > 0) {
+    const PruneResult& pruned = result.summary.pruned =
+        find_outliers(fit_pca(shapes, pruning_pca(options), progress).scores, prune_options(options));
+    result.scans = pruned.kept;
+    std::vector<std::string> ids;
+    for (const PrunedSample& sample : pruned.removed) ids.push_back(shapes.ids()[static_cast<size_t>(sample.sample)]);
+    if (!ids.empty()) {
+      shapes.remove(ids);
+      if (colours != nullptr) colours->remove(ids);
+    }
+  }
+  for (Eigen::Index i = 0; i < shapes.sample_count(); ++i) result.mean_from_scans.push_back(shapes.mean_from_scan(i));
+  take_shape(fit_pca(shapes, pca_options(options, options.variance_share), progress), &parts, &result);
+  if (colours != nullptr)
+    take_colour(fit_pca(*colours, pca_options(options, options.colour_variance_share), progress), &parts, &result);
   parts.provenance = options.provenance;
   result.model = MorphableModel(std::move(parts));
   return result;

@@ -9,6 +9,8 @@
 #include "libmodel/building/fill_unseen.h"
 #include "libmodel/building/pca.h"
 #include "libmodel/building/procrustes.h"
+#include "libmodel/building/prune.h"
+#include "libmodel/building/sample_store.h"
 #include "libmodel/core/multires_template.h"
 #include "libmodel/core/progress.h"
 #include "libmodel/model/morphable_model.h"
@@ -21,6 +23,10 @@ struct BuildModelOptions {
   int max_modes = -1;                             ///< -1 = as many as the shares need
   Scaling scaling = Scaling::fixed;               ///< of Procrustes; fixed keeps head size in the model [huber2016]
   double rim_weight = 0.2;                        ///< 0..1; of vertices of the template's region "rim" in Procrustes
+  double unseen_weight = 0.2;                     ///< (0, 1]; of vertices no camera saw in Procrustes
+  PcaSolver solver = PcaSolver::automatic;        ///< of shape and colour
+  double prune_quantile = 0;                      ///< 0 = off, or < 1: leave out scans beyond this quantile [booth2016]
+  int prune_modes = 50;                           ///< leading modes that pruning looks at [booth2016]
   int first_level = 1;                            ///< template level that becomes level 0 of the model
   FillUnseenOptions fill;                         ///< of colours no camera saw
   int threads = 0;                                ///< 0 = all
@@ -28,6 +34,7 @@ struct BuildModelOptions {
 };
 
 struct BuildModelSummary {
+  PruneResult pruned;  ///< rows of the set as given; empty when pruning is off
   ProcrustesSummary procrustes;
   PcaSummary shape, colour;
   FillUnseenSummary fill;
@@ -36,17 +43,25 @@ struct BuildModelSummary {
 
 struct BuildModelResult {
   MorphableModel model;
-  Eigen::MatrixXd shape_scores, colour_scores;  ///< (S x K) coefficients of the scans, in standard deviations
-  std::vector<Similarity> mean_from_scans;      ///< (S) the alignment of each scan
+  std::vector<int> scans;  ///< (S') rows of the set that the model is made of: all, but for pruning
+  Eigen::MatrixXd shape_scores, colour_scores;  ///< (S' x K) coefficients of these scans, in standard deviations
+  std::vector<Similarity> mean_from_scans;      ///< (S') the alignment of each, with its scale
   BuildModelSummary summary;
 };
 
-/// From scans in correspondence to a model: rigid Procrustes weighted by area, PCA of shape, PCA of colour after
-/// filling what was not seen. The levels are those of the template from `first_level` on, and so are landmarks,
+/// From scans in correspondence to a model: rigid Procrustes weighted by area and by what was seen, PCA of shape, PCA
+/// of colour after filling what was not seen; with pruning, scans that lie too far out are found by a first PCA of
+/// shape and the rest aligned anew. The levels are those of the template from `first_level` on, and so are landmarks,
 /// symmetry and parents. Texture coordinates are made from the mean: see isomap_texture (libmodel/uv) and
 /// MorphableModel::with_uv. One scan gives a model without modes. Throws InvalidInput for an empty set or one that does
 /// not fit the template.
 BuildModelResult build_model(const RegisteredSet& scans, const MultiresTemplate& reference,
+                             const BuildModelOptions& options = {}, const Progress& progress = {});
+
+/// The same from samples on disk, for sets that do not fit into memory: `shapes` is realigned in place, pruned scans
+/// are removed from it. `colours`, or null, has the same ids; what was not seen must have been filled. Transforms are
+/// those of the store.
+BuildModelResult build_model(SampleStore& shapes, SampleStore* colours, const MultiresTemplate& reference,
                              const BuildModelOptions& options = {}, const Progress& progress = {});
 
 }  // namespace facewright

@@ -6,6 +6,7 @@
 
 #include "libmodel/core/errors.h"
 #include "planted.h"
+#include "tests/support/temporary_directory.h"
 
 namespace facewright {
 namespace {
@@ -145,6 +146,64 @@ TEST(BuildModel, OneScanIsAModelWithoutModes) {
   EXPECT_TRUE(built.model.mean().V.allFinite());
   Random other(1);
   EXPECT_EQ(built.model.sample(other).V, built.model.mean().V);
+}
+
+TEST(BuildModel, PruningLeavesOutTheFailedRegistrationAndAlignsAnew) {
+  const MultiresTemplate t = grid_template(9);
+  Random random(18);
+  RegisteredSet set = random_set(random, t, 120, 5);
+  const BuildModelResult whole = build_model(set, t);
+  RegisteredSet with_failure = set;
+  with_failure.shapes.conservativeResize(121, Eigen::NoChange);
+  with_failure.colours.conservativeResize(121, Eigen::NoChange);
+  with_failure.shapes.row(120) = 80 * testing::random_matrix(random, 1, t.V.size()) + with_failure.shapes.row(3);
+  with_failure.colours.row(120) = with_failure.colours.row(3);
+  BuildModelOptions options;
+  options.prune_quantile = 0.999999;
+  const BuildModelResult pruned = build_model(with_failure, t, options);
+  ASSERT_EQ(pruned.summary.pruned.removed.size(), 1U);
+  EXPECT_EQ(pruned.summary.pruned.removed[0].sample, 120);
+  EXPECT_EQ(pruned.scans.size(), 120U);
+  EXPECT_EQ(pruned.model.shape().basis, whole.model.shape().basis);
+  EXPECT_EQ(pruned.colour_scores, whole.colour_scores);
+  EXPECT_EQ(build_model(set, t, options).model.shape().basis, whole.model.shape().basis);
+  EXPECT_TRUE(whole.summary.pruned.kept.empty());
+}
+
+TEST(BuildModel, SimilarityAlignmentReportsScalesAndTakesSizeOutOfTheModel) {
+  const MultiresTemplate t = grid_template(9);
+  RegisteredSet set;
+  set.shapes.resize(10, t.V.size());
+  for (int i = 0; i < 10; ++i) set.shapes.row(i) = row_of((1 + 0.02 * i) * t.V);
+  BuildModelOptions options;
+  options.scaling = Scaling::free;
+  const BuildModelResult fixed = build_model(set, t), free = build_model(set, t, options);
+  EXPECT_EQ(fixed.model.shape().mode_count(), 1);
+  EXPECT_EQ(free.model.shape().mode_count(), 0);
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_EQ(fixed.mean_from_scans[i].s, 1);
+    EXPECT_NEAR(free.mean_from_scans[i].s * (1 + 0.02 * i), 1.09, 1e-9);
+  }
+}
+
+TEST(BuildModel, OnDiskItIsTheModelInMemory) {
+  const MultiresTemplate t = grid_template(9);
+  Random random(19);
+  const RegisteredSet set = random_set(random, t, 40, 5);
+  const BuildModelResult memory = build_model(set, t);
+  const TemporaryDirectory folder;
+  SampleStore shapes = SampleStore::create(folder / "shapes", row_of(t.V));
+  SampleStore colours = SampleStore::create(folder / "colours", Eigen::RowVectorXd::Constant(t.V.size(), 0.5));
+  shapes.append(set.ids, set.shapes);
+  colours.append(set.ids, set.colours);
+  const BuildModelResult disk = build_model(shapes, &colours, t);
+  ASSERT_EQ(disk.model.shape().mode_count(), memory.model.shape().mode_count());
+  EXPECT_LT((disk.model.shape().mean - memory.model.shape().mean).cwiseAbs().maxCoeff(), 1e-5);
+  EXPECT_LT((disk.model.shape().basis - memory.model.shape().basis).norm(), 1e-5);  // rows are float32
+  EXPECT_LT((disk.model.colour().basis - memory.model.colour().basis).norm(), 1e-5);
+  EXPECT_LT((disk.shape_scores - memory.shape_scores).norm(), 1e-4);
+  colours.remove({"7"});
+  EXPECT_THROW(build_model(shapes, &colours, t), InvalidInput);
 }
 
 TEST(BuildModel, RefusesSetsThatDoNotFit) {

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "pipelines/model_stage.h"
+
+#include <algorithm>
+
+#include "libmodel/core/errors.h"
+#include "pipelines/model_card.h"
+#include "pipelines/scan_stage.h"
+
+namespace facewright {
+namespace {
+
+std::vector<std::string> ids_of(const std::vector<ManifestEntry>& entries) {
+  std::vector<std::string> ids;
+  for (const ManifestEntry& e : entries) ids.push_back(e.id);
+  return ids;
+}
+
+BuildModelOptions building_options(const BuildPipelineOptions& options) {
+  BuildModelOptions building;
+  building.variance_share = building.colour_variance_share = options.variance_share;
+  building.scaling = options.scaling;
+  building.prune_quantile = options.prune_quantile;
+  building.threads = options.jobs;
+  building.provenance["program"] = std::string("build-model ") + FACEWRIGHT_VERSION;
+  return building;
+}
+
+std::string reason_of(const PrunedSample& sample, const PruneResult& prune) {
+  return "pruned: its shape is an outlier: squared Mahalanobis distance " + std::to_string(sample.squared_mahalanobis) +
+         " over " + std::to_string(prune.modes) + " modes, the limit is " + std::to_string(prune.threshold) +
+         "; farthest out in mode " + std::to_string(sample.mode + 1) + ", " + std::to_string(sample.score) +
+         " standard deviations. Look at its picture in scans/; --prune 0 keeps every scan";
+}
+
+// Why the scans that build_model left out are no part of the model.
+std::map<std::string, std::string> pruned_scans(const PruneResult& pruned, const std::vector<ManifestEntry>& entries) {
+  std::map<std::string, std::string> reasons;
+  for (const PrunedSample& s : pruned.removed)
+    reasons[entries[static_cast<size_t>(s.sample)].id] = reason_of(s, pruned);
+  return reasons;
+}
+
+void add_expressions(ModelStageResult& result, const std::vector<ManifestEntry>& entries,
+                     const MultiresTemplate& reference, const BuildPipelineOptions& options, const OutputTree& tree) {
+  const bool any = std::any_of(entries.begin(), entries.end(), [](const ManifestEntry& e) { return !e.neutral(); });
+  if (!any) return;
+  std::vector<ExpressionLabel> labels;
+  for (const ManifestEntry& e : entries) labels.push_back({e.subject, e.neutral() ? "" : e.expression});
+  MorphableModelParts parts = result.built.model.parts();
+  const RegisteredSet set = read_registered_set(ids_of(entries), reference, tree);
+  ExpressionResult made = build_expressions(set, labels, reference, as_vertices(parts.shape.mean),
+                                            {.variance_share = options.variance_share, .threads = options.jobs});
+  parts.expression = std::move(made.expression);
+  parts.blendshapes = std::move(made.blendshapes);
+  result.expressions = std::move(made.summary);
+  result.built.model = MorphableModel(std::move(parts));
+}
+
+}  // namespace
+
+ModelStageResult model_stage(const std::vector<ManifestEntry>& entries,
+                             const std::map<std::string, std::string>& left_out, const MultiresTemplate& reference,
+                             const BuildPipelineOptions& options, const OutputTree& tree) {
+  std::vector<ManifestEntry> neutral;
+  std::copy_if(entries.begin(), entries.end(), std::back_inserter(neutral), [](const auto& e) { return e.neutral(); });
+  if (static_cast<int>(neutral.size()) < options.least_scans)
+    throw InvalidInput("build: " + std::to_string(neutral.size()) +
+                       " scans with a neutral expression are left, at least " + std::to_string(options.least_scans) +
+                       " are needed for a model");
+  const BuildModelOptions building = building_options(options);
+  ModelStageResult result;
+  result.scans = read_registered_set(ids_of(neutral), reference, tree);
+  result.built = build_model(result.scans, reference, building);
+  result.pruned = pruned_scans(result.built.summary.pruned, neutral);
+  if (!result.pruned.empty()) {
+    std::erase_if(neutral, [&](const ManifestEntry& e) { return result.pruned.count(e.id) > 0; });
+    result.scans = read_registered_set(ids_of(neutral), reference, tree);
+  }
+  std::vector<ManifestEntry> kept = entries;
+  std::erase_if(kept, [&](const ManifestEntry& e) { return result.pruned.count(e.id) > 0; });
+  add_expressions(result, kept, reference, options, tree);
+
+  ModelCardInput card;
+  card.scans = kept;
+  card.left_out = left_out;
+  card.left_out.insert(result.pruned.begin(), result.pruned.end());
+  card.has_manifest = options.has_manifest();
+  card.shape_variance = result.built.summary.shape.total_variance;
+  card.colour_variance = result.built.summary.colour.total_variance;
+  card.terms = options.terms;
+  result.card_markdown = model_card_markdown(result.built.model, card);
+  result.card_json = model_card_json(result.built.model, card);
+  result.built.model = result.built.model.with_provenance({{"model_card", result.card_json}});
+  return result;
+}
+
+}  // namespace facewright
