@@ -64,7 +64,7 @@ LandmarkFinder landmark_finder(const std::string& predictor) {
 LandmarkFinder landmark_finder(const std::string&) { return {}; }
 #endif
 
-std::string describe(const ImageFit& image) {
+std::string describe(const FittedImage& image) {
   const FitSummary& s = image.fit.summary;
   std::array<char, 200> text{};
   std::snprintf(text.data(), text.size(),
@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
     options.finder = landmark_finder(predictor);
     ProgressBar bar(common);
     const FitImagesSummary summary = fit_images(options, options.images.size() > 1 ? bar.progress() : Progress{});
-    for (const ImageFit& image : summary.images)
+    for (const FittedImage& image : summary.images)
       if (image.fitted)
         report(common, describe(image));
       else

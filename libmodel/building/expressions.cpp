@@ -27,7 +27,7 @@ Eigen::VectorXd start_weights(const MultiresTemplate& reference) {
 }
 
 void check(const RegisteredSet& scans, const std::vector<ExpressionLabel>& labels, const MultiresTemplate& reference,
-           const Vertices& mean, const ExpressionOptions& options) {
+           const Vertices& mean, const ExpressionBuildOptions& options) {
   const auto expect = [](bool ok, const std::string& what) {
     if (!ok) throw InvalidInput("expressions: " + what);
   };
@@ -59,7 +59,7 @@ std::vector<int> usable_scans(const std::vector<ExpressionLabel>& labels, Expres
 // A person's neutral face in the model's frame: the mean of their neutral scans, each laid on the first.
 std::map<std::string, Vertices> neutral_faces(const RegisteredSet& scans, const std::vector<ExpressionLabel>& labels,
                                               const Vertices& mean, const Eigen::VectorXd& weights,
-                                              const ExpressionOptions& options) {
+                                              const ExpressionBuildOptions& options) {
   std::map<std::string, Vertices> first, sum;
   std::map<std::string, int> count;
   for (size_t s = 0; s < labels.size(); ++s) {
@@ -118,7 +118,7 @@ Similarity align_still_parts(const Vertices& A, const Vertices& B, const Eigen::
 
 ExpressionResult build_expressions(const RegisteredSet& scans, const std::vector<ExpressionLabel>& labels,
                                    const MultiresTemplate& reference, const Vertices& mean,
-                                   const ExpressionOptions& options) {
+                                   const ExpressionBuildOptions& options) {
   check(scans, labels, reference, mean, options);
   ExpressionResult result;
   ExpressionSummary& summary = result.summary;

@@ -21,7 +21,7 @@ struct ExpressionLabel {
   std::string expression;  ///< empty: neutral
 };
 
-struct ExpressionOptions {
+struct ExpressionBuildOptions {
   double variance_share = 0.99;  ///< (0, 1]; of the displacements' variance to keep
   double still_mm = 0.5;    ///< > 0; a vertex that differs by this much counts half when a scan is laid on its neutral
   int max_iterations = 30;  ///< of that alignment
@@ -35,7 +35,7 @@ struct ExpressionSummary {
   std::vector<std::string> without_neutral;  ///< subjects whose expressions could not be used
   std::map<std::string, double> rms_mm;      ///< root mean square displacement of each blendshape
   PcaSummary pca;
-  ExpressionOptions options;
+  ExpressionBuildOptions options;
 };
 
 struct ExpressionResult {
@@ -51,7 +51,7 @@ struct ExpressionResult {
 /// InvalidInput for sizes that differ. O(S N).
 ExpressionResult build_expressions(const RegisteredSet& scans, const std::vector<ExpressionLabel>& labels,
                                    const MultiresTemplate& reference, const Vertices& mean,
-                                   const ExpressionOptions& options = {});
+                                   const ExpressionBuildOptions& options = {});
 
 /// The rigid motion that takes A (N x 3) to B (N x 3) by what stays: iteratively reweighted with (1 + d^2 /
 /// scale^2)^-2, d the distance of a vertex. `weights` (N) >= 0 start it and stay a factor; the first estimate is their

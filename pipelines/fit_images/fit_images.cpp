@@ -32,7 +32,7 @@ fs::path landmark_file(const FitImagesOptions& options, size_t i) {
                      ".pts, .json or .ljson beside the image, found none; name the file with --landmarks");
 }
 
-void save(const FitImagesOptions& options, const ImageFit& image, const FitModelResult& result) {
+void save(const FitImagesOptions& options, const FittedImage& image, const FitModelResult& result) {
   const std::string stem = image.image.stem().string();
   const auto path = [&](const std::string& ending) { return options.output / (stem + ending); };
   std::optional<ObjMaterial> material;
@@ -50,7 +50,7 @@ void save(const FitImagesOptions& options, const ImageFit& image, const FitModel
 }
 
 void fit_one(const FitImagesOptions& options, const MorphableModel& model, const LandmarkMapper& mapper, size_t i,
-             ImageFit* outcome) {
+             FittedImage* outcome) {
   outcome->landmarks = landmark_file(options, i);
   const Image image = read_image(options.images[i]);
   const ImageLandmarks landmarks =
@@ -74,7 +74,7 @@ void check(const FitImagesOptions& options, const MorphableModel& model) {
 }
 
 // What went wrong with image i, in words that name the files.
-std::string reason_of(const ImageFit& image, const std::exception& error) {
+std::string reason_of(const FittedImage& image, const std::exception& error) {
   if (dynamic_cast<const IoError*>(&error)) return error.what();  // names its file
   const std::string with = image.landmarks.empty() ? "" : " with " + image.landmarks.string();
   return image.image.string() + with + ": " + error.what();
@@ -94,7 +94,7 @@ FitImagesSummary fit_images(const FitImagesOptions& options, const Progress& pro
   std::atomic<int> done{0};
   parallel_for(total, options.jobs, [&](int k) {
     const auto i = static_cast<size_t>(k);
-    ImageFit& outcome = summary.images[i];
+    FittedImage& outcome = summary.images[i];
     outcome.image = options.images[i];
     const fs::path problem = options.output / "problematic" / (outcome.image.stem().string() + ".txt");
     try {
@@ -107,7 +107,7 @@ FitImagesSummary fit_images(const FitImagesOptions& options, const Progress& pro
     const int n = ++done;
     if (progress) progress({"fitting", n, total, outcome.image.filename().string()});
   });
-  for (const ImageFit& image : summary.images) ++(image.fitted ? summary.fitted : summary.failed);
+  for (const FittedImage& image : summary.images) ++(image.fitted ? summary.fitted : summary.failed);
   write_file(options.output / "fits.csv", fits_csv(summary.images));
   if (summary.fitted == 0)
     throw InvalidInput(total == 1 ? summary.images.front().reason

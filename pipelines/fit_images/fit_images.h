@@ -28,7 +28,7 @@ struct FitImagesOptions {
   LandmarkFinder finder;  ///< for images without a landmark file; may be empty
 };
 
-struct ImageFit {
+struct FittedImage {
   std::filesystem::path image, landmarks;  ///< landmarks empty: found in the image
   bool fitted = false;
   std::string reason;  ///< why not, and what to do
@@ -36,7 +36,7 @@ struct ImageFit {
 };
 
 struct FitImagesSummary {
-  std::vector<ImageFit> images;  ///< in the order of the options
+  std::vector<FittedImage> images;  ///< in the order of the options
   int fitted = 0, failed = 0;
   bool textured = false;  ///< the model has texture coordinates
 };

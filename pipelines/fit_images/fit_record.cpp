@@ -36,7 +36,7 @@ std::string text(double x) {
 
 }  // namespace
 
-std::string fit_json(const ImageFit& image, const TextureSummary& texture) {
+std::string fit_json(const FittedImage& image, const TextureSummary& texture) {
   const FitResult& fit = image.fit;
   const FitSummary& s = fit.summary;
   Json json;
@@ -68,9 +68,9 @@ std::string fit_json(const ImageFit& image, const TextureSummary& texture) {
   return json.dump(1) + "\n";
 }
 
-std::string fits_csv(const std::vector<ImageFit>& fits) {
+std::string fits_csv(const std::vector<FittedImage>& fits) {
   Eigen::Index shape = 0, expression = 0;
-  for (const ImageFit& f : fits) {
+  for (const FittedImage& f : fits) {
     shape = std::max(shape, f.fit.shape_coefficients.size());
     expression = std::max(expression, f.fit.expression_coefficients.size());
   }
@@ -81,7 +81,7 @@ std::string fits_csv(const std::vector<ImageFit>& fits) {
   for (Eigen::Index k = 1; k <= shape; ++k) header.push_back("shape_" + std::to_string(k));
   for (Eigen::Index k = 1; k <= expression; ++k) header.push_back("expression_" + std::to_string(k));
   std::string csv = csv_line(header);
-  for (const ImageFit& f : fits) {
+  for (const FittedImage& f : fits) {
     const FitSummary& s = f.fit.summary;
     std::vector<std::string> line = {f.image.filename().string(), f.landmarks.filename().string(),
                                      f.fitted ? "yes" : "no", f.reason};

@@ -9,10 +9,10 @@
 namespace facewright {
 
 /// All numbers of a fit as JSON text; angles in degrees. docs/fitting.md lists them.
-std::string fit_json(const ImageFit& fit, const TextureSummary& texture);
+std::string fit_json(const FittedImage& fit, const TextureSummary& texture);
 
 /// A header and a line for each image, failures included, by RFC 4180: image, landmarks, fitted, pose in degrees,
 /// pixels per mm, landmark error, coefficients. Columns of coefficients are as many as the longest has.
-std::string fits_csv(const std::vector<ImageFit>& fits);
+std::string fits_csv(const std::vector<FittedImage>& fits);
 
 }  // namespace facewright
