@@ -5,8 +5,11 @@
 #include <hdf5.h>
 
 #include <cstring>
+#include <fstream>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/model/hdf5_json.h"
 
 namespace facewright {
 namespace {
@@ -69,6 +72,8 @@ std::vector<hsize_t> shape_of(hid_t dataset) {
   if (rank > 0) H5Sget_simple_extent_dims(space, shape.data(), nullptr);
   return shape;
 }
+
+bool begins_with_brace(const std::filesystem::path& file) { return std::ifstream(file, std::ios::binary).get() == '{'; }
 
 }  // namespace
 
@@ -156,8 +161,15 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& file) : name_(file.string())
   const Quiet quiet;
   if (!std::filesystem::is_regular_file(file)) throw IoError(name_, "there is no such file; expected a model (.h5)");
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
+  if (begins_with_brace(file)) {
+    std::string image = hdf5_from_json(read_file(file), name_);
+    H5Pset_fapl_core(access, size_t{1} << 22, false);
+    H5Pset_file_image(access, image.data(), image.size());
+    is_image_ = true;
+  }
   H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);  // a damaged file may leave something open
-  file_ = H5Fopen(name_.c_str(), H5F_ACC_RDONLY, access);
+  // An image in memory must not have the name of a file that exists.
+  file_ = H5Fopen((is_image_ ? name_ + " as HDF5" : name_).c_str(), H5F_ACC_RDONLY, access);
   if (file_ < 0) throw IoError(name_, "is not an HDF5 file, or is cut short; expected a model (.h5)");
 }
 
@@ -232,7 +244,7 @@ std::optional<std::uint64_t> Hdf5Reader::plain_floats(const std::string& path) c
   const Shape n = checked_shape(set, path);
   const haddr_t offset = H5Dget_offset(set);
   const std::uint64_t bytes = static_cast<std::uint64_t>(n.rows) * static_cast<std::uint64_t>(n.cols) * sizeof(float);
-  if (H5Tequal(type, H5T_IEEE_F32LE) <= 0 || H5Pget_layout(layout) != H5D_CONTIGUOUS ||
+  if (is_image_ || H5Tequal(type, H5T_IEEE_F32LE) <= 0 || H5Pget_layout(layout) != H5D_CONTIGUOUS ||
       H5Pget_external_count(layout) != 0 || offset == HADDR_UNDEF || H5Dget_storage_size(set) != bytes)
     return std::nullopt;
   return offset;

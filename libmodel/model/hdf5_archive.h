@@ -46,7 +46,8 @@ class Hdf5Writer {
   std::int64_t file_ = -1;
 };
 
-/// Reads a file; all failures are IoError naming the file and the path within.
+/// Reads an HDF5 file, or HDF5-JSON (by its first byte, `{`); all failures are IoError naming the file and the path
+/// within.
 class Hdf5Reader {
  public:
   explicit Hdf5Reader(const std::filesystem::path& file);
@@ -79,6 +80,7 @@ class Hdf5Reader {
   Shape checked_shape(std::int64_t dataset, const std::string& path) const;
   std::string name_;
   std::int64_t file_ = -1;
+  bool is_image_ = false;  // made of HDF5-JSON: not the bytes of the file
 };
 
 }  // namespace facewright

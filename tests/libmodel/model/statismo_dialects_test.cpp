@@ -4,6 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "hdf5_edits.h"
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
@@ -177,6 +179,68 @@ TEST_F(StatismoDialects, LengthsInMetresBecomeMillimetres) {
   EXPECT_NEAR(model.shape().variances[0] / parts.shape.variances[0], 1e6, 1);
   EXPECT_NEAR(model.colour().variances[0] / parts.colour.variances[0], 1, 1e-6) << "colours have no length";
   EXPECT_THROW(with_unit(-1.f), IoError);
+}
+
+// {"datasets": {ID: {"alias": [PATH], "type", "shape", "value"}}}, values in nested lists.
+struct Hdf5Json {
+  std::string datasets;
+  void add(const std::string& path, const std::string& kind, const std::string& shape, const std::string& value) {
+    datasets += (datasets.empty() ? "" : ",") + ("\"id" + std::to_string(datasets.size()) + "\":{\"alias\":[\"") +
+                path + "\"],\"type\":{\"class\":\"" + kind + "\"},\"shape\":" + shape + ",\"value\":" + value + "}";
+  }
+  template <class Matrix>
+  void numbers(const std::string& path, const std::string& kind, const Matrix& m) {
+    std::ostringstream dims, list;
+    list.precision(17);
+    const bool vector = m.cols() == 1;
+    for (Eigen::Index i = 0; i < m.rows(); ++i) {
+      list << (i ? "," : "[") << (vector ? "" : "[");
+      for (Eigen::Index k = 0; k < m.cols(); ++k) list << (k ? "," : "") << m(i, k);
+      list << (vector ? "" : "]");
+    }
+    dims << R"({"class":"H5S_SIMPLE","dims":[)" << m.rows();
+    if (!vector) dims << "," << m.cols();
+    dims << "]}";
+    add(path, kind, dims.str(), list.str() + "]");
+  }
+  std::string text() const { return R"({"apiVersion":"1.1.1","root":"r","groups":{},"datasets":{)" + datasets + "}}"; }
+};
+
+TEST_F(StatismoDialects, Hdf5AsJsonIsToldByItsFirstByte) {
+  Hdf5Json json;
+  for (const auto& [name, pca] :
+       {std::pair("/shape", parts.shape), {"/color", parts.colour}, {"/expression", *parts.expression}}) {
+    const std::string at = name;
+    json.numbers(at + "/model/mean", "H5T_FLOAT", pca.mean);
+    json.numbers(at + "/model/pcaBasis", "H5T_FLOAT", pca.basis);
+    json.numbers(at + "/model/pcaVariance", "H5T_FLOAT", pca.variances);
+    json.add(at + "/version/majorVersion", "H5T_INTEGER", R"({"class":"H5S_SCALAR"})", "0");
+    json.add(at + "/version/minorVersion", "H5T_INTEGER", R"({"class":"H5S_SCALAR"})", "9");
+  }
+  json.numbers("/shape/representer/cells", "H5T_INTEGER", parts.levels.back().F.transpose().eval());
+  json.add("/metadata/landmarks/json", "H5T_STRING", R"({"class":"H5S_SCALAR"})",
+           R"("[{\"id\":\"a\",\"coordinates\":[)" + std::to_string(parts.shape.mean[0]) + "," +
+               std::to_string(parts.shape.mean[1]) + "," + std::to_string(parts.shape.mean[2]) + R"(]}]")");
+  const fs::path path = folder / "model.h5.json";
+  write_file(path, json.text());
+  const MorphableModel model = load_model(path);
+  expect_same(model);
+  EXPECT_EQ(model.landmarks().at("a").vertex, 0);
+  const auto refuses = [&](const std::string& text) {
+    write_file(path, text);
+    EXPECT_THROW(load_model(path), IoError) << text.substr(0, 60);
+  };
+  const std::string good = json.text();
+  for (size_t length = 1; length < good.size(); length += 1 + good.size() / 23) refuses(good.substr(0, length));
+  refuses("{}");
+  refuses(R"({"datasets": 3})");
+  refuses(R"({"datasets": {"a": {}}})");
+  Hdf5Json wrong = json;
+  wrong.add("/shape", "H5T_FLOAT", R"({"class":"H5S_SCALAR"})", "1");
+  refuses(wrong.text());
+  wrong = {};
+  wrong.add("/shape/model/mean", "H5T_FLOAT", R"({"class":"H5S_SIMPLE","dims":[5]})", "[1,2,3]");
+  refuses(wrong.text());
 }
 
 }  // namespace
