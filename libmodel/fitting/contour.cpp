@@ -25,7 +25,26 @@ class PosedMesh {
     depth_ = V * view_;
     if (!pixels_.allFinite()) throw InvalidInput("contour: the posed mesh is not finite");
     find_front_faces();
-    fill_depth_buffer(options.depth_resolution);
+    const Eigen::RowVector2d low = pixels_.colwise().minCoeff(), extent = pixels_.colwise().maxCoeff() - low;
+    const double longer = extent.maxCoeff(), scale = longer > 0 ? (options.depth_resolution - 1) / longer : 1;
+    small_ = ((pixels_.rowwise() - low) * scale).array().cast<float>();
+    width_ = static_cast<int>(extent[0] * scale) + 2;
+    height_ = static_cast<int>(extent[1] * scale) + 2;
+  }
+
+  /// Draws the front faces where is_visible() will look for one of the marked vertices.
+  void fill_depth_buffer(const std::vector<char>& marked) {
+    tiles_across_ = (width_ >> kTileBits) + 1;
+    tile_wanted_.assign(static_cast<size_t>(tiles_across_ * ((height_ >> kTileBits) + 1)), 0);
+    for (int v = 0; v < static_cast<int>(marked.size()); ++v) {
+      if (!marked[static_cast<size_t>(v)]) continue;
+      const auto [x, y] = cell(v);
+      for (const int j : {std::max(y - 1, 0), std::min(y + 1, height_ - 1)})
+        for (const int i : {std::max(x - 1, 0), std::min(x + 1, width_ - 1)}) tile_wanted_[tile(i, j)] = 1;
+    }
+    buffer_.assign(static_cast<size_t>(width_ * height_), -std::numeric_limits<float>::infinity());
+    for (Eigen::Index f = 0; f < F_.rows(); ++f)
+      if (front_[static_cast<size_t>(f)]) draw(F_(f, 0), F_(f, 2), F_(f, 1));  // clockwise in pixels
   }
 
   Eigen::Vector2d pixel(int v) const { return pixels_.row(v).transpose(); }
@@ -69,16 +88,14 @@ class PosedMesh {
     }
   }
 
-  void fill_depth_buffer(int resolution) {
-    const Eigen::RowVector2d low = pixels_.colwise().minCoeff(), extent = pixels_.colwise().maxCoeff() - low;
-    const double longer = extent.maxCoeff();
-    const double scale = longer > 0 ? (resolution - 1) / longer : 1;
-    small_ = ((pixels_.rowwise() - low) * scale).array().cast<float>();
-    width_ = static_cast<int>(extent[0] * scale) + 2;
-    height_ = static_cast<int>(extent[1] * scale) + 2;
-    buffer_.assign(static_cast<size_t>(width_ * height_), -std::numeric_limits<float>::infinity());
-    for (Eigen::Index f = 0; f < F_.rows(); ++f)
-      if (front_[static_cast<size_t>(f)]) draw(F_(f, 0), F_(f, 2), F_(f, 1));  // clockwise in pixels
+  static constexpr int kTileBits = 3;  // tiles of 8 x 8 pixels
+
+  size_t tile(int x, int y) const { return static_cast<size_t>((y >> kTileBits) * tiles_across_ + (x >> kTileBits)); }
+  bool is_wanted(int x0, int y0, int x1, int y1) const {
+    for (int y = y0 >> kTileBits; y <= y1 >> kTileBits; ++y)
+      for (int x = x0 >> kTileBits; x <= x1 >> kTileBits; ++x)
+        if (tile_wanted_[static_cast<size_t>(y * tiles_across_ + x)]) return true;
+    return false;
   }
 
   /// Depth is linear over the triangle; pixels whose centre lies inside (borders included) keep the nearest.
@@ -87,7 +104,7 @@ class PosedMesh {
     const int x0 = ceiling(std::min(std::min(a[0], b[0]), c[0])), y0 = ceiling(std::min(std::min(a[1], b[1]), c[1]));
     const auto x1 = static_cast<int>(std::max(std::max(a[0], b[0]), c[0]));
     const auto y1 = static_cast<int>(std::max(std::max(a[1], b[1]), c[1]));
-    if (x0 > x1 || y0 > y1) return;
+    if (x0 > x1 || y0 > y1 || !is_wanted(x0, y0, x1, y1)) return;
     const float ux = b[0] - a[0], uy = b[1] - a[1], wx = c[0] - a[0], wy = c[1] - a[1], area = ux * wy - uy * wx;
     if (!(area > 0)) return;
     const auto za = static_cast<float>(depth_[ia]);
@@ -125,6 +142,8 @@ class PosedMesh {
   Eigen::Matrix<float, Eigen::Dynamic, 2, Eigen::RowMajor> small_;
   int width_ = 0, height_ = 0;
   std::vector<float> buffer_;
+  int tiles_across_ = 0;
+  std::vector<char> tile_wanted_;
 };
 
 /// Flags of the vertices on occluding edges.
@@ -163,21 +182,25 @@ void add_line(std::vector<OutlinePoint>& outline, const std::vector<int>& line, 
 
 std::vector<OutlinePoint> visible_outline(const Vertices& V, const Faces& F, const std::vector<Edge>& E,
                                           const AffineCamera& camera, const ContourOptions& options) {
-  const PosedMesh mesh(V, F, camera, options);
-  return visible_points(mesh, occluding_vertices(mesh, E, V.rows()), camera);
+  PosedMesh mesh(V, F, camera, options);
+  const std::vector<char> marked = occluding_vertices(mesh, E, V.rows());
+  mesh.fill_depth_buffer(marked);
+  return visible_points(mesh, marked, camera);
 }
 
 std::vector<OutlinePoint> jaw_outline(const Vertices& V, const Faces& F, const std::vector<Edge>& E,
                                       const FaceContours& contours, const AffineCamera& camera,
                                       const ContourOptions& options) {
-  const PosedMesh mesh(V, F, camera, options);
-  std::vector<char> marked = occluding_vertices(mesh, E, V.rows());
-  if (options.only_contours) {
-    std::vector<char> allowed(marked.size(), 0);
-    for (const auto* side : {&contours.right, &contours.left})
-      for (const int v : *side) allowed[static_cast<size_t>(v)] = 1;
-    for (size_t v = 0; v < marked.size(); ++v) marked[v] = marked[v] && allowed[v];
+  PosedMesh mesh(V, F, camera, options);
+  std::vector<char> on_contours(static_cast<size_t>(V.rows()), 0);
+  for (const auto* side : {&contours.right, &contours.left})
+    for (const int v : *side) on_contours[static_cast<size_t>(v)] = 1;
+  std::vector<char> marked = occluding_vertices(mesh, E, V.rows()), looked_at = on_contours;
+  for (size_t v = 0; v < marked.size(); ++v) {
+    if (options.only_contours) marked[v] = marked[v] && on_contours[v];
+    looked_at[v] = looked_at[v] || marked[v];
   }
+  mesh.fill_depth_buffer(looked_at);
   std::vector<OutlinePoint> outline = visible_points(mesh, marked, camera);
   std::vector<char> taken(marked.size(), 0);
   for (const OutlinePoint& p : outline) taken[static_cast<size_t>(p.vertex)] = 1;

@@ -21,7 +21,8 @@ struct Observation {
   int jaw_place = 0;    ///< 1..17 along the jaw line (ibug 1..17, the subject's right ear to the left), else 0
 };
 
-/// The landmarks the model knows, in landmark order; finite ones only.
+/// The landmarks the model knows, in landmark order; finite ones only. Those on the jaw line are ibug's 1..17, or the
+/// mapping's contour landmarks, which need no vertex of their own.
 std::vector<Observation> observations(const ImageLandmarks& landmarks, const MorphableModel& model,
                                       const LandmarkMapper& mapper);
 

@@ -85,7 +85,8 @@ OrthographicResult refine_orthographic(const OrthographicCamera& start, const Ve
     }
     const Eigen::LDLT<Eigen::Matrix<double, 6, 6>> solver(H);
     const Vector6 step = solver.solve(g);
-    if (solver.info() != Eigen::Success || !step.allFinite() || !(solver.rcond() > 1e-18))
+    if (solver.info() != Eigen::Success || !step.allFinite() ||
+        !(solver.vectorD().minCoeff() > 1e-18 * solver.vectorD().maxCoeff()))
       throw SolverError("camera: too few landmarks with weight to determine the pose");
     result.camera = moved(result.camera, step);
     result.summary.converged = step.head<4>().norm() < options.tolerance;

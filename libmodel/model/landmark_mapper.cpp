@@ -4,6 +4,7 @@
 
 #include <charconv>
 #include <fstream>
+#include <sstream>
 
 #include "libmodel/core/errors.h"
 
@@ -24,6 +25,66 @@ LandmarkMapper::Target parse_target(const std::string& text) {
   return value;
 }
 
+/// The names in `[a, "b", ...]`, brackets included or not.
+void add_names(const std::string& text, std::vector<std::string>& names) {
+  std::stringstream items(text);
+  for (std::string item; std::getline(items, item, ',');) {
+    std::erase_if(item, [](char c) { return c == '[' || c == ']'; });
+    if (const std::string name = stripped(item); !name.empty()) names.push_back(name);
+  }
+}
+
+/// Reads a mapping line by line.
+class MappingReader {
+ public:
+  explicit MappingReader(const std::filesystem::path& path) : path_(path.string()) {}
+
+  void read(const std::string& whole_line) {
+    ++number_;
+    const std::string line = whole_line.substr(0, whole_line.find('#')), text = stripped(line);
+    if (text.empty()) return;
+    if (open_list_) {
+      continue_list(line);
+    } else if (text.front() == '[' && line.find('=') == std::string::npos) {
+      section_ = text;
+    } else if (section_.empty() || section_ == "[landmark_mappings]") {
+      const auto [key, value] = split(line, text);
+      table_[key] = parse_target(value);
+    } else if (section_ == "[contour_landmarks]") {
+      const auto [key, value] = split(line, text);
+      if (key != "right" && key != "left")
+        throw IoError(path_, number_, "expected 'right = [...]' or 'left = [...]', got '" + text + "'");
+      open_list_ = key == "right" ? &contour_.right : &contour_.left;
+      continue_list(value);
+    }
+  }
+
+  LandmarkMapper finished() {
+    if (open_list_) throw IoError(path_, number_, "a list of landmarks is not closed; expected ']'");
+    if (table_.empty()) throw IoError(path_, "has no entries 'name = vertex' (alone or under [landmark_mappings])");
+    return LandmarkMapper(std::move(table_), std::move(contour_));
+  }
+
+ private:
+  std::pair<std::string, std::string> split(const std::string& line, const std::string& text) const {
+    const auto equals = line.find('=');
+    const std::string value = equals == std::string::npos ? "" : line.substr(equals + 1);
+    if (stripped(value).empty()) throw IoError(path_, number_, "expected 'name = vertex', got '" + text + "'");
+    return {stripped(line.substr(0, equals)), value};
+  }
+
+  void continue_list(const std::string& text) {
+    add_names(text, *open_list_);
+    if (text.find(']') != std::string::npos) open_list_ = nullptr;
+  }
+
+  std::string path_, section_;
+  int number_ = 0;
+  std::map<std::string, LandmarkMapper::Target> table_;
+  ContourLandmarks contour_;
+  std::vector<std::string>* open_list_ = nullptr;
+};
+
 }  // namespace
 
 std::optional<int> LandmarkMapper::vertex(const std::string& name, const LandmarkSet& model_landmarks) const {
@@ -41,26 +102,10 @@ std::optional<int> LandmarkMapper::vertex(const std::string& name, const Landmar
 
 LandmarkMapper read_landmark_mapping(const std::filesystem::path& path) {
   std::ifstream file(path);
-  if (!file) throw IoError(path.string(), "cannot be opened; expected an eos landmark mapping");
-  std::map<std::string, LandmarkMapper::Target> table;
-  bool inside = false;
-  int number = 0;
-  for (std::string line; std::getline(file, line);) {
-    ++number;
-    line = line.substr(0, line.find('#'));
-    const std::string text = stripped(line);
-    if (text.empty()) continue;
-    if (text.front() == '[' && line.find('=') == std::string::npos) {
-      inside = text == "[landmark_mappings]";
-    } else if (inside) {
-      const auto equals = line.find('=');
-      const std::string value = equals == std::string::npos ? "" : line.substr(equals + 1);
-      if (stripped(value).empty()) throw IoError(path.string(), number, "expected 'name = vertex', got '" + text + "'");
-      table[stripped(line.substr(0, equals))] = parse_target(value);
-    }
-  }
-  if (table.empty()) throw IoError(path.string(), "has no entries under [landmark_mappings]");
-  return LandmarkMapper(std::move(table));
+  if (!file) throw IoError(path.string(), "cannot be opened; expected a landmark mapping");
+  MappingReader reader(path);
+  for (std::string line; std::getline(file, line);) reader.read(line);
+  return reader.finished();
 }
 
 }  // namespace facewright

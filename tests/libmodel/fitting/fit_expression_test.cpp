@@ -241,6 +241,35 @@ TEST(FitLandmarksInput, DuplicatesAndPlacesOutsideTheImageGetAnAnswer) {
   EXPECT_LT(fit.summary.rms_px, 3);
 }
 
+TEST(FitLandmarksInput, ASchemeOfItsOwnWithContourLandmarksFitsAsIbugDoes) {
+  const MorphableModel model = toy_model();
+  Random random(8);
+  const Vertices truth = model.instance(model.shape().draw_coefficients(random)).V;
+  const ImageLandmarks ibug = marked_on_outline(model, truth, camera_at(0.5));
+  ImageLandmarks custom;
+  std::map<std::string, LandmarkMapper::Target> table;
+  ContourLandmarks contour;
+  for (const auto& [name, mark] : ibug) {
+    custom["p" + name] = mark;
+    const int number = std::stoi(name);
+    if (number < 9) {
+      contour.right.push_back("p" + name);
+    } else if (number > 9 && number < 18) {
+      contour.left.push_back("p" + name);
+    } else if (number % 2 == 0) {
+      table["p" + name] = name;
+    } else {
+      table["p" + name] = model.landmarks().at(name).vertex;
+    }
+  }
+  FitOptions options;
+  options.jaw = JawMode::contour;
+  const FitResult fit = fit_landmarks(model, custom, options, LandmarkMapper(table, contour));
+  EXPECT_TRUE(fit.summary.unknown.empty());
+  const FitResult same = fit_landmarks(model, ibug, options);
+  EXPECT_LT((fitted_mesh(model, fit).V - truth).norm(), 1.2 * (fitted_mesh(model, same).V - truth).norm());
+}
+
 TEST(FitLandmarksInput, FourLandmarksAnswerThreeAreRefusedByTheirNumber) {
   const MorphableModel model = toy_model();
   const ImageLandmarks all = project_landmarks(model, model.mean().V, camera_at(0.1).affine());
