@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -34,7 +35,7 @@ TextureLayer map_mask(const IsomapTexels& map) {
   return mask;
 }
 
-/// Mean over a square window of 2 r + 1 texels, along rows, then columns.
+/// Sums over a square window of 2 r + 1 texels, along rows, then columns.
 std::vector<float> box_sums(std::vector<float> values, int size, int radius) {
   for (int pass = 0; pass < 2; ++pass) {
     std::vector<float> out(values.size());
@@ -67,6 +68,16 @@ void feather(TextureLayer& layer, const TextureLayer& mask, int radius) {
     const float wanted = std::clamp(2 * weight[i] / std::max(inside[i], 1.0F) - 1, 0.0F, 1.0F);
     if (t[3] > wanted) t *= broadcast4(wanted / t[3]);
   }
+}
+
+/// Leaves out texels within `radius` of the map's borders: their pixels may mix with what is behind the face.
+void leave_out_borders(TextureLayer& layer, const TextureLayer& mask, int radius) {
+  std::vector<float> inside(layer.texels.size());
+  for (size_t i = 0; i < inside.size(); ++i) inside[i] = mask.texels[i][3];
+  inside = box_sums(std::move(inside), layer.size, radius);
+  const auto whole = static_cast<float>((2 * radius + 1) * (2 * radius + 1)) - 0.5F;
+  for (size_t i = 0; i < inside.size(); ++i)
+    if (inside[i] < whole) layer.texels[i] = Float4{};
 }
 
 /// What the other side of the face shows at each texel.
@@ -243,6 +254,7 @@ CompletedTexture complete_texture(const MorphableModel& model, int level, const 
   TextureLayer known = decoded(isomap);
   for (size_t i = 0; i < known.texels.size(); ++i) known.texels[i] *= mask.texels[i];
   feather(known, mask, static_cast<int>(std::lround(options.feather * map.size)));
+  leave_out_borders(known, mask, std::max(1, map.size / 512));
   const TextureLayer seen = known;
   std::optional<TextureLayer> other;
   if (options.mirror && summary.has_mirror) {
