@@ -88,6 +88,27 @@ TEST(JawOutline, AddsTheModelsContoursWhereTheyAreSeenEachVertexOnce) {
   EXPECT_LE(jaw_outline(face.V, face.F, edges(face.F), model.contours(), camera_at(0.1).affine(), only).size(), 16U);
 }
 
+TEST(JawOutline, LookingNearLandmarksOnlyMatchesThemAsLookingEverywhere) {
+  const MorphableModel model = toy_model();
+  const Mesh face = model.mean();
+  const std::vector<Edge> E = edges(face.F);
+  const AffineCamera camera = camera_at(0.7).affine();
+  OutlineSearch search{Pixels(9, 2), 30};
+  for (int k = 0; k < 9; ++k)
+    search.landmarks.row(k) =
+        camera.project(face.V.row(model.landmarks().at(std::to_string(9 + k)).vertex)).transpose();
+  const auto all = jaw_outline(face.V, face.F, E, model.contours(), camera, {});
+  const auto near = jaw_outline(face.V, face.F, E, model.contours(), camera, {}, search);
+  EXPECT_LT(near.size(), all.size());
+  const auto a = match_outline(search.landmarks, all, 30), b = match_outline(search.landmarks, near, 30);
+  for (size_t k = 0; k < a.size(); ++k) {
+    ASSERT_EQ(a[k] < 0, b[k] < 0);
+    if (a[k] >= 0) {
+      EXPECT_EQ(all[static_cast<size_t>(a[k])].vertex, near[static_cast<size_t>(b[k])].vertex);
+    }
+  }
+}
+
 TEST(MatchOutline, IsOneToOneNearestFirstAndKeepsItsDistance) {
   std::vector<OutlinePoint> outline(3);
   for (int i = 0; i < 3; ++i) outline[static_cast<size_t>(i)].pixel = {10.0 * i, 0};
