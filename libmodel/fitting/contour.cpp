@@ -165,6 +165,14 @@ std::vector<OutlinePoint> visible_points(const PosedMesh& mesh, const std::vecto
   return outline;
 }
 
+bool in_reach(const Eigen::Vector2d& pixel, const OutlineSearch& search) {
+  if (search.landmarks.rows() == 0) return true;
+  const double limit = search.reach_px * search.reach_px;
+  for (Eigen::Index k = 0; k < search.landmarks.rows(); ++k)
+    if ((search.landmarks.row(k).transpose() - pixel).squaredNorm() <= limit) return true;
+  return false;
+}
+
 /// Adds the visible vertices of a line; its own direction in the image gives the normals.
 void add_line(std::vector<OutlinePoint>& outline, const std::vector<int>& line, const PosedMesh& mesh,
               std::vector<char>& taken) {
@@ -190,14 +198,18 @@ std::vector<OutlinePoint> visible_outline(const Vertices& V, const Faces& F, con
 
 std::vector<OutlinePoint> jaw_outline(const Vertices& V, const Faces& F, const std::vector<Edge>& E,
                                       const FaceContours& contours, const AffineCamera& camera,
-                                      const ContourOptions& options) {
+                                      const ContourOptions& options, const OutlineSearch& search) {
   PosedMesh mesh(V, F, camera, options);
   std::vector<char> on_contours(static_cast<size_t>(V.rows()), 0);
   for (const auto* side : {&contours.right, &contours.left})
-    for (const int v : *side) on_contours[static_cast<size_t>(v)] = 1;
+    for (const int v : *side) {
+      if (v < 0 || v >= V.rows()) throw InvalidInput("contour: a contour names a vertex that does not exist");
+      on_contours[static_cast<size_t>(v)] = 1;
+    }
   std::vector<char> marked = occluding_vertices(mesh, E, V.rows()), looked_at = on_contours;
   for (size_t v = 0; v < marked.size(); ++v) {
-    if (options.only_contours) marked[v] = marked[v] && on_contours[v];
+    if (!marked[v]) continue;
+    marked[v] = (!options.only_contours || on_contours[v]) && in_reach(mesh.pixel(static_cast<int>(v)), search);
     looked_at[v] = looked_at[v] || marked[v];
   }
   mesh.fill_depth_buffer(looked_at);

@@ -33,11 +33,17 @@ struct OutlinePoint {
 std::vector<OutlinePoint> visible_outline(const Vertices& V, const Faces& F, const std::vector<Edge>& E,
                                           const AffineCamera& camera, const ContourOptions& options = {});
 
+/// Where on the outline landmarks are looked for.
+struct OutlineSearch {
+  Pixels landmarks = {};  ///< (K x 2); none: everywhere
+  double reach_px = 0;    ///< only vertices at most that far from one of them
+};
+
 /// The outline that jaw landmarks are marked on: the visible occluding vertices and those vertices of the model's
-/// contours (`contours`, lines of vertices from ear to chin) that are visible.
+/// contours (`contours`, lines of vertices between ear and chin) that are visible.
 std::vector<OutlinePoint> jaw_outline(const Vertices& V, const Faces& F, const std::vector<Edge>& E,
                                       const FaceContours& contours, const AffineCamera& camera,
-                                      const ContourOptions& options = {});
+                                      const ContourOptions& options = {}, const OutlineSearch& search = {});
 
 /// For each of the pixels (K x 2) the index of its outline point, or -1: nearest pairs first, one to one, none farther
 /// than `largest_px`. Ties go to the lower indices. O(K n log(K n)).

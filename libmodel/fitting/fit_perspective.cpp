@@ -21,6 +21,8 @@ void check(const FitOptions& o) {
   expect(o.sigma_mm > 0, "sigma_mm > 0");
   expect(o.jaw_factor >= 1, "jaw_factor >= 1");
   expect(o.iterations >= 1, "iterations >= 1");
+  expect(o.jaw != JawMode::contour,
+         "jaw exclude, slide or fixed: outlines are matched under orthographic cameras only");
 }
 
 /// State of one fit; each step is one line of the algorithm.

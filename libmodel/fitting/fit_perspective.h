@@ -39,7 +39,8 @@ struct PerspectiveFitResult {
 /// As fit_landmarks, under a perspective camera of known or unknown focal length: the camera is linearised at each
 /// landmark, so that each has an affine camera of its own, and follows the shape to first order. Matters where the
 /// face's depth is more than about a tenth of its distance: a face at 500 mm seen as if from afar is too narrow.
-/// Throws InvalidInput as fit_landmarks and estimate_perspective_camera do.
+/// Expressions: the model's modes only; JawMode::contour is refused. Throws InvalidInput as fit_landmarks and
+/// estimate_perspective_camera do.
 PerspectiveFitResult fit_landmarks_perspective(const MorphableModel& model, const ImageLandmarks& landmarks,
                                                const PerspectiveFitOptions& options, const LandmarkMapper& mapper = {});
 

@@ -205,9 +205,9 @@ void ImageFit::match_contour() {
   const bool is_mean = shape_.isZero(0);  // as in the first round, for nothing
   const Vertices V = context_.rows.instance(is_mean ? Eigen::VectorXd() : shape_, expression_,
                                             context_.model.vertex_count(options.level));
-  const std::vector<OutlinePoint> outline = jaw_outline(V, F, context_.edges, context_.contours, camera_, options);
-  const Pixels marked = pixels_(jaw_, Eigen::all);
-  const std::vector<int> match = match_outline(marked, outline, options.largest_distance * orthographic_.s);
+  const OutlineSearch search{pixels_(jaw_, Eigen::all), options.largest_distance * orthographic_.s};
+  const auto outline = jaw_outline(V, F, context_.edges, context_.contours, camera_, options, search);
+  const std::vector<int> match = match_outline(search.landmarks, outline, search.reach_px);
   for (size_t j = 0; j < jaw_.size(); ++j) {
     contour_normals_[j].setZero();
     if (match[j] < 0) continue;
