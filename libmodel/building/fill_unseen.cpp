@@ -2,134 +2,192 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/building/fill_unseen.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
-#include <vector>
 
-#include "libmodel/building/pca.h"
+#include "libmodel/building/held_out_modes.h"
+#include "libmodel/building/incomplete_pca.h"
+#include "libmodel/building/residual_field.h"
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
 
 namespace facewright {
 namespace {
 
-struct Missing {
-  std::vector<std::vector<int>> seen, unseen;  // vertices per sample; vertices nobody saw are in neither
+constexpr double kLeastCorrelation = 0.1;  // below, neighbours have nothing to say
+constexpr double kLeastNugget = 0.01;      // variance: neighbours are never taken to be noise-free
+
+void check(const SampleMatrix& values, const SampleMatrix& visibility, const Vertices& V,
+           const FillUnseenOptions& options) {
+  const auto expect = [](bool ok, const std::string& what) {
+    if (!ok) throw InvalidInput("fill unseen: " + what);
+  };
+  expect(visibility.rows() == values.rows() && visibility.cols() * 3 == values.cols(),
+         "visibility is " + std::to_string(visibility.rows()) + " x " + std::to_string(visibility.cols()) +
+             ", expected " + std::to_string(values.rows()) + " x " + std::to_string(values.cols() / 3));
+  expect(V.rows() == 0 || V.rows() == visibility.cols(),
+         "the surface has " + std::to_string(V.rows()) + " vertices, the samples " + std::to_string(visibility.cols()));
+  expect(visibility.size() == 0 || (visibility.minCoeff() >= 0 && visibility.maxCoeff() <= 1),
+         "visibility must be within 0..1");
+  expect(options.correlation_length >= 0, "correlation_length must not be negative");
+  expect(options.max_iterations > 0 && options.tolerance > 0, "max_iterations and tolerance must be positive");
+}
+
+// Shares filled; returns which vertices somebody saw.
+std::vector<bool> describe(const SampleMatrix& visibility, FillUnseenSummary* summary) {
+  const double least = summary->options.min_visibility;
+  const auto n = static_cast<double>(std::max<Eigen::Index>(1, visibility.cols()));
+  std::vector<bool> known(static_cast<size_t>(visibility.cols()));
+  for (Eigen::Index v = 0; v < visibility.cols(); ++v)
+    known[static_cast<size_t>(v)] = visibility.col(v).maxCoeff() >= least;
+  summary->never_seen = static_cast<int>(std::count(known.begin(), known.end(), false));
+  for (Eigen::Index i = 0; i < visibility.rows(); ++i) {
+    double filled = 0;
+    for (Eigen::Index v = 0; v < visibility.cols(); ++v)
+      filled += known[static_cast<size_t>(v)] && visibility(i, v) < least;
+    summary->sample_shares.push_back(filled / n);
+    summary->filled_share += filled / n / static_cast<double>(visibility.rows());
+    if (filled / n > summary->worst_sample_share) {
+      summary->worst_sample_share = filled / n;
+      summary->worst_sample = static_cast<int>(i);
+    }
+  }
+  return known;
+}
+
+Eigen::VectorXd predict(const IncompletePca& model, const ScorePosterior& scores) {
+  return model.mean + model.factors * scores.mean;
+}
+
+Vertices residual_of(const Eigen::RowVectorXd& row, const Eigen::VectorXd& prediction, const Eigen::VectorXd& weights) {
+  Vertices residual(weights.size(), 3);
+  for (Eigen::Index v = 0; v < weights.size(); ++v)
+    if (weights[v] > 0)
+      residual.row(v) = row.segment<3>(3 * v) - prediction.segment<3>(3 * v).transpose();
+    else
+      residual.row(v).setZero();
+  return residual;
+}
+
+// The expected values take the place of the unseen, sample by sample.
+class Completion {
+ public:
+  Completion(const IncompletePca& model, const ResidualField* field, const std::vector<bool>& known, int threads)
+      : model_(model), estimate_(model, threads), field_(field), known_(known), threads_(threads) {}
+
+  double edge_correlation(const SampleMatrix& values, const SampleMatrix& weights) const {
+    if (!field_) return 0;
+    std::vector<ResidualField::Correlation> sums(static_cast<size_t>(values.rows()));
+    parallel_for(static_cast<int>(values.rows()), threads_, [&](int s) {
+      const Eigen::VectorXd prediction = predict(model_, estimate_(values.row(s), weights.row(s)));
+      sums[static_cast<size_t>(s)] = field_->along_edges(
+          residual_of(values.row(s), prediction, weights.row(s).transpose()), weights.row(s).transpose());
+    });
+    ResidualField::Correlation sum;
+    for (const auto& s : sums) sum += s;
+    return sum.value();
+  }
+
+  // Returns the posterior variance of the filled values, summed.
+  double complete(Eigen::Ref<Eigen::RowVectorXd> row, const Eigen::Ref<const Eigen::RowVectorXd>& weights,
+                  double edge_correlation) const {
+    const ScorePosterior scores = estimate_(row, weights);
+    Eigen::VectorXd prediction = predict(model_, scores);
+    if (field_ && edge_correlation > kLeastCorrelation) {
+      const double nugget = std::max(kLeastNugget, (1 - edge_correlation) / edge_correlation);
+      const Eigen::VectorXd w = weights.transpose();
+      const Vertices field = field_->expect(residual_of(row, prediction, w), w, nugget);
+      prediction += Eigen::Map<const Eigen::VectorXd>(field.data(), field.size());
+    }
+    double variance = 0;
+    for (Eigen::Index v = 0; v < weights.size(); ++v) {
+      const double w = weights[v];
+      if (w >= 1 || (!known_[static_cast<size_t>(v)] && !field_)) continue;
+      auto x = row.segment<3>(3 * v);
+      const auto expected = prediction.segment<3>(3 * v).transpose();
+      x = w > 0 ? Eigen::RowVector3d(w * x + (1 - w) * expected) : Eigen::RowVector3d(expected);
+      const auto B = model_.factors.middleRows<3>(3 * v);
+      variance += (1 - w) * (3 * model_.noise + (B * scores.covariance * B.transpose()).trace());
+    }
+    return variance;
+  }
+
+ private:
+  const IncompletePca& model_;
+  ScoreEstimator estimate_;
+  const ResidualField* field_;
+  const std::vector<bool>& known_;
+  int threads_;
 };
 
-Missing find_missing(const SampleMatrix& visibility, const FillUnseenOptions& options, FillUnseenSummary& summary) {
-  const Eigen::Index samples = visibility.rows(), n = visibility.cols();
-  const Eigen::RowVectorXd best = visibility.colwise().maxCoeff();
-  summary.never_seen = static_cast<int>((best.array() < options.min_visibility).count());
-  Missing missing{std::vector<std::vector<int>>(static_cast<size_t>(samples)),
-                  std::vector<std::vector<int>>(static_cast<size_t>(samples))};
-  size_t filled = 0;
-  for (Eigen::Index i = 0; i < samples; ++i) {
-    auto &seen = missing.seen[static_cast<size_t>(i)], &unseen = missing.unseen[static_cast<size_t>(i)];
-    for (int v = 0; v < n; ++v)
-      if (best[v] >= options.min_visibility) (visibility(i, v) >= options.min_visibility ? seen : unseen).push_back(v);
-    filled += unseen.size();
-    const double share = static_cast<double>(unseen.size()) / static_cast<double>(n);
-    if (share > summary.worst_sample_share || summary.worst_sample < 0) {
-      summary.worst_sample_share = share;
-      summary.worst_sample = static_cast<int>(i);
+// Mean and factors of vertices that nobody saw, from their neighbours.
+void extend(IncompletePca* model, const ResidualField& field, const std::vector<bool>& known) {
+  const Eigen::Index N = static_cast<Eigen::Index>(known.size()), K = model->mode_count();
+  Eigen::MatrixXd rows(N, 3 * (K + 1));
+  for (Eigen::Index v = 0; v < N; ++v)
+    for (int c = 0; c < 3; ++c)
+      rows.row(v).segment((K + 1) * c, K + 1) << model->mean[3 * v + c], model->factors.row(3 * v + c);
+  field.fill_harmonically(rows, known);
+  for (Eigen::Index v = 0; v < N; ++v)
+    for (int c = 0; c < 3; ++c) {
+      model->mean[3 * v + c] = rows(v, (K + 1) * c);
+      model->factors.row(3 * v + c) = rows.row(v).segment((K + 1) * c + 1, K);
     }
-  }
-  summary.filled_share = static_cast<double>(filled) / static_cast<double>(samples * n);
-  return missing;
 }
 
-// The start: the mean over those who saw the vertex, shifted by how the sample differs from the mean where it was seen.
-void initialise(SampleMatrix& values, const Missing& missing) {
-  const Eigen::Index n = values.cols() / 3;
-  Vertices mean = Vertices::Zero(n, 3);
-  Eigen::VectorXd count = Eigen::VectorXd::Zero(n);
-  for (size_t i = 0; i < missing.seen.size(); ++i)
-    for (int v : missing.seen[i]) {
-      mean.row(v) += values.row(static_cast<Eigen::Index>(i)).segment<3>(3 * v);
-      count[v] += 1;
-    }
-  mean.array().colwise() /= count.array().max(1);
-  for (size_t i = 0; i < missing.seen.size(); ++i) {
-    auto row = values.row(static_cast<Eigen::Index>(i));
-    Eigen::RowVector3d shift = Eigen::RowVector3d::Zero();
-    for (int v : missing.seen[i]) shift += row.segment<3>(3 * v) - mean.row(v);
-    shift /= std::max<double>(1, static_cast<double>(missing.seen[i].size()));
-    for (int v : missing.unseen[i]) row.segment<3>(3 * v) = mean.row(v) + shift;
-  }
-}
-
-// Posterior mean of the unseen entries of one sample given its seen ones; returns the sum of squared changes.
-double complete(Eigen::Ref<Eigen::RowVectorXd> row, const std::vector<int>& seen, const std::vector<int>& unseen,
-                const PcaModel& model, const SampleMatrix& W, double noise) {
-  const Eigen::Index k = W.cols();
-  Eigen::MatrixXd A = noise * Eigen::MatrixXd::Identity(k, k);
-  Eigen::VectorXd b = Eigen::VectorXd::Zero(k);
-  SampleMatrix rows(static_cast<Eigen::Index>(3 * seen.size()), k);
-  Eigen::VectorXd residual(rows.rows());
-  for (size_t s = 0; s < seen.size(); ++s) {
-    const Eigen::Index to = static_cast<Eigen::Index>(3 * s), from = 3 * Eigen::Index(seen[s]);
-    rows.middleRows<3>(to) = W.middleRows<3>(from);
-    residual.segment<3>(to) = row.segment<3>(from).transpose() - model.mean.segment<3>(from);
-  }
-  A.noalias() += rows.transpose() * rows;
-  b.noalias() = rows.transpose() * residual;
-  const Eigen::VectorXd c = A.llt().solve(b);
-  double change = 0;
-  for (int v : unseen) {
-    const Eigen::Vector3d x = model.mean.segment<3>(3 * v) + W.middleRows<3>(3 * Eigen::Index(v)) * c;
-    change += (row.segment<3>(3 * v).transpose() - x).squaredNorm();
-    row.segment<3>(3 * v) = x.transpose();
-  }
-  return change;
+double total_variance(const SampleMatrix& X) {
+  const Eigen::RowVectorXd mean = X.colwise().mean();
+  double sum = 0;
+  for (Eigen::Index s = 0; s < X.rows(); ++s) sum += (X.row(s) - mean).squaredNorm();
+  return sum;
 }
 
 }  // namespace
 
-FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility, const FillUnseenOptions& options) {
-  if (visibility.rows() != values.rows() || visibility.cols() * 3 != values.cols())
-    throw InvalidInput("fill unseen: visibility is " + std::to_string(visibility.rows()) + " x " +
-                       std::to_string(visibility.cols()) + ", expected " + std::to_string(values.rows()) + " x " +
-                       std::to_string(values.cols() / 3));
+FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility, const Vertices& V, const Faces& F,
+                             const FillUnseenOptions& options) {
+  check(values, visibility, V, options);
   FillUnseenResult result;
   FillUnseenSummary& summary = result.summary;
   summary.options = options;
-  const Missing missing = find_missing(visibility, options, summary);
-  const int samples = static_cast<int>(values.rows());
-  size_t unknown = 0;
-  for (const auto& list : missing.unseen) unknown += 3 * list.size();
-  if (unknown > 0) {
-    initialise(values, missing);
-    PcaOptions pca;
-    pca.threads = options.threads;
-    pca.variance_share = 1;
-    pca.max_modes = std::clamp(samples / 3, 1, options.modes);
-    summary.converged = false;
-    while (summary.iterations < options.max_iterations && !summary.converged) {
-      ++summary.iterations;
-      const PcaResult fit = fit_pca(values, pca);
-      if (fit.summary.mode_count == 0) break;
-      const double rest = fit.summary.total_variance - fit.summary.kept_variance;
-      const double noise = std::max(rest / static_cast<double>(values.cols()), 1e-12 * fit.summary.total_variance);
-      const SampleMatrix W = fit.model.rescaled_basis();
-      std::vector<double> changes(static_cast<size_t>(samples), 0);
-      parallel_for(samples, options.threads, [&](int i) {
-        const auto s = static_cast<size_t>(i);
-        if (missing.unseen[s].empty()) return;
-        Eigen::RowVectorXd row = values.row(i);
-        changes[s] = complete(row, missing.seen[s], missing.unseen[s], fit.model, W, noise);
-        values.row(i) = row;
-      });
-      double sum = 0;
-      for (double c : changes) sum += c;
-      summary.last_change = std::sqrt(sum / static_cast<double>(unknown));
-      summary.converged = summary.last_change < options.tolerance;
+  const std::vector<bool> known = describe(visibility, &summary);
+  if (visibility.size() > 0 && visibility.minCoeff() < 1) {
+    summary.modes = options.modes;
+    if (options.modes < 0) {
+      const HeldOutModes chosen = choose_modes_by_hiding(values, visibility, V, options);
+      summary.modes = chosen.modes;
+      summary.held_out = chosen.error;
     }
+    summary.modes = std::min(summary.modes, static_cast<int>(values.rows()) - 1);
+    IncompletePca model = fit_incomplete_pca(
+        values, visibility, {summary.modes, options.max_iterations, options.tolerance, options.threads});
+    summary.noise = std::sqrt(model.noise);
+    summary.iterations = model.iterations;
+    summary.converged = model.converged;
+    summary.last_change = model.last_change;
+    std::unique_ptr<ResidualField> field;
+    if (V.rows() > 0 && F.rows() > 0 && options.correlation_length > 0)
+      field = std::make_unique<ResidualField>(V, F, options.correlation_length);
+    if (field && summary.never_seen > 0) extend(&model, *field, known);
+    const Completion completion(model, field.get(), known, options.threads);
+    summary.edge_correlation = completion.edge_correlation(values, visibility);
+    Eigen::VectorXd variances(values.rows());
+    parallel_for(static_cast<int>(values.rows()), options.threads, [&](int i) {
+      Eigen::RowVectorXd row = values.row(i);
+      variances[i] = completion.complete(row, visibility.row(i), summary.edge_correlation);
+      values.row(i) = row;
+    });
+    const double uncertain = variances.sum();
+    if (uncertain > 0) summary.uncertain_share = uncertain / (uncertain + total_variance(values));
   }
   result.values = std::move(values);
   return result;
+}
+
+FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility, const FillUnseenOptions& options) {
+  return fill_unseen(std::move(values), visibility, {}, {}, options);
 }
 
 }  // namespace facewright
