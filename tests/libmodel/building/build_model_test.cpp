@@ -152,21 +152,21 @@ TEST(BuildModel, PruningLeavesOutTheFailedRegistrationAndAlignsAnew) {
   const MultiresTemplate t = grid_template(9);
   Random random(18);
   RegisteredSet set = random_set(random, t, 120, 5);
-  const BuildModelResult whole = build_model(set, t);
-  RegisteredSet with_failure = set;
-  with_failure.shapes.conservativeResize(121, Eigen::NoChange);
-  with_failure.colours.conservativeResize(121, Eigen::NoChange);
-  with_failure.shapes.row(120) = 80 * testing::random_matrix(random, 1, t.V.size()) + with_failure.shapes.row(3);
-  with_failure.colours.row(120) = with_failure.colours.row(3);
+  set.shapes.row(77) += 80 * testing::random_matrix(random, 1, t.V.size());
   BuildModelOptions options;
-  options.prune_quantile = 0.999999;
-  const BuildModelResult pruned = build_model(with_failure, t, options);
-  ASSERT_EQ(pruned.summary.pruned.removed.size(), 1U);
-  EXPECT_EQ(pruned.summary.pruned.removed[0].sample, 120);
-  EXPECT_EQ(pruned.scans.size(), 120U);
-  EXPECT_EQ(pruned.model.shape().basis, whole.model.shape().basis);
-  EXPECT_EQ(pruned.colour_scores, whole.colour_scores);
-  EXPECT_EQ(build_model(set, t, options).model.shape().basis, whole.model.shape().basis);
+  options.prune_quantile = 0.9999;
+  const BuildModelResult pruned = build_model(set, t, options), whole = build_model(set, t);
+  ASSERT_FALSE(pruned.summary.pruned.removed.empty());
+  EXPECT_EQ(pruned.summary.pruned.removed[0].sample, 77);
+  EXPECT_LE(pruned.summary.pruned.removed.size(), 4U);  // motion makes the tails of small modes heavy
+  EXPECT_EQ(pruned.scans, pruned.summary.pruned.kept);
+  RegisteredSet rest;
+  rest.shapes = set.shapes(pruned.scans, Eigen::all);
+  rest.colours = set.colours(pruned.scans, Eigen::all);
+  const BuildModelResult expected = build_model(rest, t);
+  EXPECT_EQ(pruned.model.shape().basis, expected.model.shape().basis);
+  EXPECT_EQ(pruned.colour_scores, expected.colour_scores);
+  EXPECT_EQ(whole.scans.size(), 120U);
   EXPECT_TRUE(whole.summary.pruned.kept.empty());
 }
 
