@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "libmodel/building/gain_balance.h"
 #include "libmodel/core/similarity.h"
 #include "libregister/intake/scan.h"
 #include "libregister/registration/register_scan.h"
@@ -34,13 +35,14 @@ struct BuildPipelineOptions {
   /// Register to the mean of the faces that decide the levels instead of the reference's own shape.
   bool mean_as_reference = true;
   bool symmetric = true;  ///< false: left and right are refined independently, even if the reference is symmetric
-  std::vector<int> levels = kSurreyLevels;  ///< vertex budgets of the model's levels
-  double variance_share = 0.99;             ///< of shape and colour kept in the model [huber2016]
-  Scaling scaling = Scaling::fixed;         ///< free: size is no part of the shape
-  double prune_quantile = 0;                ///< of chi-squared beyond which a shape is left out [booth2016]; 0: never
-  std::vector<std::string> exclude;         ///< ids of scans to leave out of the model
-  std::string terms;                        ///< licence and consent, for the model card
-  int least_scans = 3;                      ///< fewer registered scans than this make no model
+  std::vector<int> levels = kSurreyLevels;       ///< vertex budgets of the model's levels
+  double variance_share = 0.99;                  ///< of shape and colour kept in the model [huber2016]
+  Scaling scaling = Scaling::fixed;              ///< free: size is no part of the shape
+  GainBalance gain_balance = GainBalance::none;  ///< of the scans' colours
+  double prune_quantile = 0;         ///< of chi-squared beyond which a shape is left out [booth2016]; 0: never
+  std::vector<std::string> exclude;  ///< ids of scans to leave out of the model
+  std::string terms;                 ///< licence and consent, for the model card
+  int least_scans = 3;               ///< fewer registered scans than this make no model
 
   bool has_manifest() const { return std::filesystem::is_regular_file(scans); }
 };

@@ -102,7 +102,7 @@ void remove_strangers(const std::vector<ScanFiles>& files, const OutputTree& tre
   std::map<std::string, bool> known;
   for (const ScanFiles& f : files) known[f.id] = true;
   const std::map<std::string, std::vector<std::string>> ours = {
-      {"registered", {".ply"}}, {"scans", {".json", ".origins", ".png"}}, {"problematic", {".txt"}}};
+      {"registered", {".ply"}}, {"scans", {".json", ".origins", ".colour", ".png"}}, {"problematic", {".txt"}}};
   for (const auto& [folder, extensions] : ours) {
     if (!fs::is_directory(tree.root / folder)) continue;
     std::vector<fs::path> strangers;
@@ -146,6 +146,8 @@ void write_build_json(const BuildPipelineOptions& options, const std::vector<Sca
                  {"kept", s.levels.kept}};
   j["options"]["variance_share"] = options.variance_share;
   j["options"]["scaling"] = options.scaling == Scaling::free ? "similarity" : "rigid";
+  constexpr const char* kBalances[] = {"none", "exposure", "channels"};  // in the order of GainBalance
+  j["options"]["gain_balance"] = kBalances[static_cast<int>(options.gain_balance)];
   j["options"]["prune_quantile"] = options.prune_quantile;
   j["options"]["exclude"] = options.exclude;
   j["seed"] = options.seed;

@@ -55,6 +55,29 @@ People count_people(const std::vector<ManifestEntry>& scans) {
   return result;
 }
 
+// Which colours are no measurements.
+Json filled_colours(const ModelCardInput& input) {
+  const FillUnseenSummary& f = input.fill;
+  Json j = {{"share", f.filled_share},
+            {"vertices_nobody_saw", f.never_seen},
+            {"modes", f.modes},
+            {"noise", f.noise},
+            {"uncertain_share", f.uncertain_share},
+            {"held_out_rms", f.held_out.filled},
+            {"held_out_rms_of_mean", f.held_out.mean},
+            {"converged", f.converged}};
+  for (size_t s = 0; s < f.sample_shares.size() && s < input.built.size(); ++s)
+    j["scans"][input.built[s]] = f.sample_shares[s];
+  return j;
+}
+
+Json gains_of(const ModelCardInput& input) {
+  Json j;
+  for (Eigen::Index s = 0; s < input.gains.rows() && s < static_cast<Eigen::Index>(input.built.size()); ++s)
+    j[input.built[static_cast<size_t>(s)]] = {input.gains(s, 0), input.gains(s, 1), input.gains(s, 2)};
+  return j;
+}
+
 Json card(const MorphableModel& model, const ModelCardInput& input) {
   const People people = count_people(input.scans);
   Json j;
@@ -73,6 +96,8 @@ Json card(const MorphableModel& model, const ModelCardInput& input) {
   };
   j["shape"] = part(model.shape(), input.shape_variance);
   if (model.has_colour()) j["colour"] = part(model.colour(), input.colour_variance);
+  if (!input.fill.sample_shares.empty()) j["filled_colours"] = filled_colours(input);
+  if (input.gains.rows() > 0) j["colour_gains"] = gains_of(input);
   if (model.expression()) j["expression_modes"] = model.expression()->mode_count();
   for (const Blendshape& b : model.blendshapes()) j["blendshapes"].push_back(b.name);
   j["units"] = "mm";
@@ -108,6 +133,11 @@ std::string statistics(const Json& j) {
     if (j.contains(part))
       text += std::string("- ") + part + ": " + std::to_string(j[part]["modes"].get<int>()) + " modes, " +
               percent(j[part]["variance_kept"].get<double>()) + " of the variance\n";
+  if (j.contains("filled_colours"))
+    text +=
+        "- colours filled in, because no camera saw them well: " + percent(j["filled_colours"]["share"].get<double>()) +
+        "; the model card's JSON has each scan's share\n";
+  if (j.contains("colour_gains")) text += "- colours were balanced: each scan divided by gains towards the mean\n";
   if (j.contains("expression_modes"))
     text += "- expression: " + std::to_string(j["expression_modes"].get<int>()) + " modes\n";
   if (j.contains("blendshapes")) {

@@ -22,6 +22,7 @@ BuildModelOptions building_options(const BuildPipelineOptions& options) {
   building.variance_share = building.colour_variance_share = options.variance_share;
   building.scaling = options.scaling;
   building.prune_quantile = options.prune_quantile;
+  building.gain_balance = options.gain_balance;
   building.threads = options.jobs;
   building.provenance["program"] = std::string("build-model ") + FACEWRIGHT_VERSION;
   return building;
@@ -90,6 +91,9 @@ ModelStageResult model_stage(const std::vector<ManifestEntry>& entries,
   card.shape_variance = result.built.summary.shape.total_variance;
   card.colour_variance = result.built.summary.colour.total_variance;
   card.terms = options.terms;
+  card.built = ids_of(neutral);
+  card.fill = result.built.summary.fill;
+  card.gains = result.built.summary.gains;
   result.card_markdown = model_card_markdown(result.built.model, card);
   result.card_json = model_card_json(result.built.model, card);
   result.built.model = result.built.model.with_provenance({{"model_card", result.card_json}});

@@ -17,6 +17,8 @@ struct OutputTree {
   std::filesystem::path scan_report(const std::string& id) const { return root / "scans" / (id + ".json"); }
   /// One character per vertex of the finest level: m matched, r mirrored, i interpolated, f free.
   std::filesystem::path scan_origins(const std::string& id) const { return root / "scans" / (id + ".origins"); }
+  /// One digit per vertex of the finest level, 0 to 9: how far its colour can be trusted.
+  std::filesystem::path colour_weights(const std::string& id) const { return root / "scans" / (id + ".colour"); }
   /// Signed distance of the registered mesh to the scan (error_picture.h).
   std::filesystem::path error_picture(const std::string& id) const { return root / "scans" / (id + ".png"); }
   std::filesystem::path problem(const std::string& id) const { return root / "problematic" / (id + ".txt"); }

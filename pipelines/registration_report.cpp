@@ -3,10 +3,12 @@
 #include "pipelines/registration_report.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "libmodel/building/colour_reliability.h"
 #include "libmodel/building/colour_sampling.h"
 #include "libmodel/geometry/normals.h"
 #include "libmodel/surface/nearest.h"
@@ -129,6 +131,26 @@ Mesh coloured_registration(const Scan& scan, const RegistrationResult& r, const 
   source.V = r.denoised.V;
   mesh.colours = sample_colours(source, scan.texture, r.nearest, vertex_edge_lengths(r.V, F));
   return mesh;
+}
+
+Eigen::VectorXd colour_weights(const RegistrationResult& r, const Faces& F) {
+  Eigen::VectorXd weights = colour_reliability(r.V, F, r.denoised, r.nearest);
+  for (Eigen::Index v = 0; v < weights.size(); ++v)
+    if (r.origins[static_cast<size_t>(v)] != MatchOrigin::matched) weights[v] = 0;
+  return weights;
+}
+
+std::string weight_digits(const Eigen::VectorXd& weights) {
+  std::string digits;
+  for (const double w : weights) digits += static_cast<char>('0' + std::lround(9 * std::clamp(w, 0.0, 1.0)));
+  return digits;
+}
+
+Eigen::VectorXd weights_from_digits(const std::string& digits) {
+  Eigen::VectorXd weights(static_cast<Eigen::Index>(digits.size()));
+  for (size_t v = 0; v < digits.size(); ++v)
+    weights[static_cast<Eigen::Index>(v)] = std::clamp((digits[v] - '0') / 9.0, 0.0, 1.0);
+  return weights;
 }
 
 std::string origin_letters(const std::vector<MatchOrigin>& origins) {

@@ -19,6 +19,13 @@ std::string summarise_registration(const RegisterSummary& summary);
 /// The registered mesh on the finest level with the scan's colours, if it has any.
 Mesh coloured_registration(const Scan& scan, const RegistrationResult& result, const Faces& F);
 
+/// How far the colour of each registered vertex can be trusted, (N) 0..1: colour_reliability where it was matched, 0
+/// elsewhere.
+Eigen::VectorXd colour_weights(const RegistrationResult& result, const Faces& F);
+/// As digits, 0 to 9, and back.
+std::string weight_digits(const Eigen::VectorXd& weights);
+Eigen::VectorXd weights_from_digits(const std::string& digits);
+
 /// One letter per vertex: m matched, r mirrored, i interpolated, f free.
 std::string origin_letters(const std::vector<MatchOrigin>& origins);
 

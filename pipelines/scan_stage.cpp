@@ -81,7 +81,7 @@ std::string scan_key(const ScanFiles& files, const std::string& reference_key, c
 
 bool is_done(const std::string& id, const std::string& key, const OutputTree& tree) {
   if (!fs::exists(tree.scan_report(id)) || !fs::exists(tree.registered(id)) || !fs::exists(tree.scan_origins(id)) ||
-      !fs::exists(tree.error_picture(id)))
+      !fs::exists(tree.error_picture(id)) || !fs::exists(tree.colour_weights(id)))
     return false;
   const Json report = Json::parse(read_file(tree.scan_report(id)), nullptr, false);
   return !report.is_discarded() && report.value("key", "") == key &&
@@ -93,6 +93,7 @@ void write_outputs(const Scan& scan, const RegistrationResult& r, const Multires
   write_ply(tree.registered(scan.id), coloured_registration(scan, r, reference.levels.back().F));
   write_png(tree.error_picture(scan.id), error_picture(r, reference));
   write_file(tree.scan_origins(scan.id), origin_letters(r.origins));
+  write_file(tree.colour_weights(scan.id), weight_digits(colour_weights(r, reference.levels.back().F)));
   Json report = Json::parse(describe_registration(scan, r.summary));
   const auto now = std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
   report["seconds"] = now - started;
@@ -103,7 +104,8 @@ void write_outputs(const Scan& scan, const RegistrationResult& r, const Multires
 
 void write_problem(const std::string& id, const ScanFiles& files, const std::string& reason, const OutputTree& tree) {
   std::error_code ignored;
-  for (const auto& stale : {tree.scan_report(id), tree.registered(id), tree.scan_origins(id), tree.error_picture(id)})
+  for (const auto& stale : {tree.scan_report(id), tree.registered(id), tree.scan_origins(id), tree.error_picture(id),
+                            tree.colour_weights(id)})
     fs::remove(stale, ignored);
   write_file(tree.problem(id), "scan: " + files.mesh.string() + "\n" + reason + "\n");
 }
@@ -170,10 +172,10 @@ RegisteredSet read_registered_set(const std::vector<std::string>& ids, const Mul
                          " vertices, the reference has " + std::to_string(N) + "; build into an empty folder");
     set.shapes.row(s) = Eigen::Map<const Eigen::RowVectorXd>(mesh.V.data(), 3 * N);
     if (mesh.has_colours()) colours.push_back(mesh.colours);
-    const std::string letters = read_file(tree.scan_origins(id));
-    if (static_cast<Eigen::Index>(letters.size()) != N)
-      throw IoError(tree.scan_origins(id).string(), "has the wrong length");
-    for (Eigen::Index i = 0; i < N; ++i) set.visibility(s, i) = letters[static_cast<size_t>(i)] == 'm' ? 1 : 0;
+    const std::string digits = read_file(tree.colour_weights(id));
+    if (static_cast<Eigen::Index>(digits.size()) != N)
+      throw IoError(tree.colour_weights(id).string(), "has the wrong length");
+    set.visibility.row(s) = weights_from_digits(digits).transpose();
   }
   if (static_cast<Eigen::Index>(colours.size()) != S) return set;  // a colour model needs the colours of every scan
   set.colours.resize(S, 3 * N);

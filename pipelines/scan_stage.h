@@ -11,7 +11,7 @@
 
 namespace facewright {
 
-/// Registers one scan of the folder and writes OUT/registered/ID.ply, OUT/scans/ID.json and ID.origins, or
+/// Registers one scan of the folder and writes OUT/registered/ID.ply, OUT/scans/ID.json, ID.origins and ID.colour, or
 /// OUT/problematic/ID.txt. Never throws for a bad scan. With `resume` a scan whose key (contents of its files, options,
 /// reference, version) is that of an earlier run is left as it is.
 ScanOutcome process_scan(const ScanFiles& files, const MultiresTemplate& reference, const AppearanceGuide& guide,

@@ -74,7 +74,7 @@ int main(int argc, char** argv) {
       CommonFlags::output | CommonFlags::jobs | CommonFlags::seed | CommonFlags::units | CommonFlags::resume,
       "build-model scans -o model -j 2");
   BuildPipelineOptions options;
-  std::string denoise = "auto", gpa = "rigid", criterion = "deviation", reference, reference_landmarks;
+  std::string denoise = "auto", gpa = "rigid", gains = "none", criterion = "deviation", reference, reference_landmarks;
   std::vector<std::string> levels = {"surrey"};
   bool no_mirror = false, asymmetric = false, own_shape = false;
   app.add_option(
@@ -97,6 +97,11 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.01, 1.0));
   app.add_option("--gpa", gpa, "Alignment before the statistics; rigid keeps the size of heads in the model")
       ->check(CLI::IsMember({"rigid", "similarity"}));
+  app.add_option(
+         "--gain-balance", gains,
+         "Divide each scan's colours by a gain towards the mean, one for all or one per channel: for scans taken "
+         "under different light; it takes differences of skin tone with it")
+      ->check(CLI::IsMember({"none", "exposure", "channels"}));
   app.add_option("--prune", options.prune_quantile,
                  "Leave out shapes beyond this quantile of chi-squared, such as 0.99, and list them; 0: keep all")
       ->check(CLI::Range(0.0, 0.9999999));
@@ -127,6 +132,9 @@ int main(int argc, char** argv) {
     options.registration.use_mirror = !no_mirror;
     options.levels = levels_from(levels);
     options.criterion = criterion_from_name(criterion);
+    options.gain_balance = gains == "exposure"   ? GainBalance::exposure
+                           : gains == "channels" ? GainBalance::channels
+                                                 : GainBalance::none;
     options.scaling = gpa == "similarity" ? Scaling::free : Scaling::fixed;
     options.symmetric = !asymmetric;
     options.mean_as_reference = !own_shape;

@@ -140,10 +140,18 @@ BuildModelResult build_model(const RegisteredSet& scans, const MultiresTemplate&
   if (scans.colours.size() > 0) {
     const PcaOptions pca = pca_options(options, options.colour_variance_share);
     SampleMatrix colours = rows_of(scans.colours, result.scans);
-    if (scans.visibility.size() > 0) {
+    const SampleMatrix visibility = rows_of(scans.visibility, result.scans);
+    if (options.gain_balance != GainBalance::none) {
+      GainBalanceResult balanced =
+          balance_gains(std::move(colours), visibility, {.balance = options.gain_balance, .threads = options.threads});
+      colours = std::move(balanced.colours);
+      result.summary.gains = std::move(balanced.gains);
+    }
+    if (visibility.size() > 0) {
       FillUnseenOptions fill = options.fill;
       fill.threads = options.threads;
-      FillUnseenResult filled = fill_unseen(colours, rows_of(scans.visibility, result.scans), fill);
+      FillUnseenResult filled =
+          fill_unseen(std::move(colours), visibility, reference.V, reference.levels.back().F, fill);
       result.summary.fill = filled.summary;
       colours = std::move(filled.values);
     }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libmodel/building/fill_unseen.h"
+#include "libmodel/building/gain_balance.h"
 #include "libmodel/building/pca.h"
 #include "libmodel/building/procrustes.h"
 #include "libmodel/building/prune.h"
@@ -28,6 +29,7 @@ struct BuildModelOptions {
   double prune_quantile = 0;                      ///< 0 = off, or < 1: leave out scans beyond this quantile [booth2016]
   int prune_modes = 50;                           ///< leading modes that pruning looks at [booth2016]
   int first_level = 1;                            ///< template level that becomes level 0 of the model
+  GainBalance gain_balance = GainBalance::none;   ///< of colours, before they are filled
   FillUnseenOptions fill;                         ///< of colours no camera saw
   int threads = 0;                                ///< 0 = all
   std::map<std::string, std::string> provenance;  ///< kept in the model
@@ -38,6 +40,7 @@ struct BuildModelSummary {
   ProcrustesSummary procrustes;
   PcaSummary shape, colour;
   FillUnseenSummary fill;
+  Eigen::MatrixXd gains;                            ///< (S' x 3) colours were divided by; empty without balance
   std::vector<double> shape_shares, colour_shares;  ///< cumulative share of the total variance after 1, 2, ... modes
 };
 

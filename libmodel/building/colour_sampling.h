@@ -12,8 +12,10 @@
 namespace facewright {
 
 /// A scan's colour at points on its surface, (P x 3) linear RGB; empty if the scan has neither texture nor vertex
-/// colours. With a texture the colour is averaged over a disc of `footprint` (P) millimetres about each point (seven
-/// taps, linear light), so that fine texture does not alias; vertex colours are interpolated. Cost O(P).
+/// colours. It is averaged in linear light over a disc of `footprint` (P) millimetres about each point, so that neither
+/// fine texture nor dense vertices alias: over rings of bilinear taps 1.5 texels apart, or over the vertices in the
+/// disc by their areas; where the disc is smaller than a texel or a triangle the colour is interpolated. Throws
+/// InvalidInput unless there is a footprint per point. O(P) times the texels or vertices in a disc, at most 1800.
 Colours sample_colours(const Mesh& scan, const Image& texture, const std::vector<NearestPoint>& points,
                        const Eigen::VectorXd& footprint);
 

@@ -38,7 +38,7 @@ ResidualField::ResidualField(const Vertices& V, const Faces& F, double length)
     : ring_(vertex_neighbours(V.rows(), F)), stiffness_(cotangent_stiffness(V, F)) {
   if (!(length > 0)) throw InvalidInput("residual field: the correlation length must be positive");
   const double edge = mean_edge_length(V, F);
-  reach_ = std::clamp(static_cast<int>(std::ceil(1.5 * length / std::max(edge, 1e-9))), 2, 12);
+  reach_ = std::clamp(static_cast<int>(std::ceil(0.75 * length / std::max(edge, 1e-9))), 2, 12);
   Eigen::VectorXd mass = vertex_areas(V, F);
   mass = mass.cwiseMax(1e-6 * std::max(mass.mean(), 1e-12));
   const double k2 = 1 / (length * length);

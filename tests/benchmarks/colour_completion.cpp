@@ -18,17 +18,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Faces3d {
+struct ColouredFaces {
   Mesh surface;
   SampleMatrix colours, visibility;
 };
 
-Faces3d read_build(const fs::path& build) {
+ColouredFaces read_build(const fs::path& build) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::directory_iterator(build / "registered"))
     if (entry.path().extension() == ".ply") files.push_back(entry.path());
   std::sort(files.begin(), files.end());
-  Faces3d set;
+  ColouredFaces set;
   for (size_t i = 0; i < files.size(); ++i) {
     const Mesh mesh = read_mesh(files[i]);
     const auto s = static_cast<Eigen::Index>(i);
@@ -46,7 +46,7 @@ Faces3d read_build(const fs::path& build) {
 }
 
 // 1 where a seen vertex is hidden: patches of 8 to 22 mm about random vertices, or scattered vertices.
-SampleMatrix hide(const Faces3d& set, double share, bool patches, std::uint64_t seed) {
+SampleMatrix hide(const ColouredFaces& set, double share, bool patches, std::uint64_t seed) {
   SampleMatrix hidden = SampleMatrix::Zero(set.visibility.rows(), set.visibility.cols());
   const Vertices& V = set.surface.V;
   for (Eigen::Index s = 0; s < hidden.rows(); ++s) {
@@ -69,7 +69,7 @@ double rms(const SampleMatrix& a, const SampleMatrix& b, const SampleMatrix& whe
   return std::sqrt(sum / (3 * where.sum()));
 }
 
-SampleMatrix mean_fill(const Faces3d& set, const SampleMatrix& weights) {
+SampleMatrix mean_fill(const ColouredFaces& set, const SampleMatrix& weights) {
   SampleMatrix filled = set.colours;
   for (Eigen::Index v = 0; v < weights.cols(); ++v) {
     const double sum = weights.col(v).sum();
@@ -80,7 +80,8 @@ SampleMatrix mean_fill(const Faces3d& set, const SampleMatrix& weights) {
   return filled;
 }
 
-void write_pictures(const fs::path& folder, const Faces3d& set, const SampleMatrix& colours, const std::string& name) {
+void write_pictures(const fs::path& folder, const ColouredFaces& set, const SampleMatrix& colours,
+                    const std::string& name) {
   Mesh mesh = set.surface;
   for (const Eigen::Index s : {Eigen::Index(0), set.colours.rows() / 2}) {
     mesh.colours = Eigen::Map<const Vertices>(colours.row(s).data(), mesh.V.rows(), 3);
@@ -89,7 +90,7 @@ void write_pictures(const fs::path& folder, const Faces3d& set, const SampleMatr
   }
 }
 
-void measure(const Faces3d& set, double share, bool patches, std::uint64_t seed, const fs::path& pictures) {
+void measure(const ColouredFaces& set, double share, bool patches, std::uint64_t seed, const fs::path& pictures) {
   const SampleMatrix hidden = hide(set, share, patches, seed), weights = set.visibility - hidden;
   SampleMatrix blotted = set.colours;  // what is hidden must not be used
   for (Eigen::Index s = 0; s < hidden.rows(); ++s)
@@ -126,7 +127,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "usage: colour_completion BUILD [SHARE] [SEED] [PICTURES]\n");
     return 2;
   }
-  const Faces3d set = read_build(argv[1]);
+  const ColouredFaces set = read_build(argv[1]);
   const double share = argc > 2 ? std::stod(argv[2]) : 0.1;
   const std::uint64_t seed = argc > 3 ? std::stoull(argv[3]) : 1;
   const std::filesystem::path pictures = argc > 4 ? argv[4] : "";
