@@ -13,10 +13,10 @@ constexpr Eigen::Index kBand = 128;             // left rows that stay in the L2
 
 #if defined(__GNUC__) && defined(__x86_64__)
 #define FACEWRIGHT_AVX2 1
-using Wide = double __attribute__((vector_size(32), aligned(8)));
+using Wide = double __attribute__((vector_size(32), aligned(8), may_alias));
 #endif
 #if defined(__GNUC__)
-using Narrow = double __attribute__((vector_size(16), aligned(8)));
+using Narrow = double __attribute__((vector_size(16), aligned(8), may_alias));
 #define FACEWRIGHT_INLINE inline __attribute__((always_inline))
 #else
 using Narrow = double;

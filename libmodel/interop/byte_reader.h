@@ -25,7 +25,7 @@ class ByteReader {
   void array(T* data, size_t count) {
     static_assert(std::endian::native == std::endian::little, "files are little-endian; swap bytes here");
     expect(count, sizeof(T));
-    std::memcpy(static_cast<void*>(data), bytes_.data() + at_, count * sizeof(T));
+    if (count > 0) std::memcpy(static_cast<void*>(data), bytes_.data() + at_, count * sizeof(T));
     at_ += count * sizeof(T);
   }
   std::string text(size_t count) {

@@ -72,6 +72,9 @@ TEST_F(SampleStoreTest, KeptProductsAreTheGramMatrixHoweverTheSamplesCameAndWent
   const Eigen::MatrixXd expected = gram_matrix(samples, Eigen::RowVectorXd::Zero(900));
   EXPECT_LT((store.gram() - expected).norm(), 1e-13 * expected.norm());
   const Eigen::MatrixXd before = store.gram();
+  SampleStore afresh = SampleStore::create(directory.path() / "afresh", Eigen::RowVectorXd::Zero(900));
+  afresh.append(names(0, 58), samples);
+  EXPECT_EQ(afresh.gram(), before);  // to the byte
   store.rewrite();
   EXPECT_EQ(store.gram(), before);
   EXPECT_EQ(store.sample(3), planted.samples.row(4));
