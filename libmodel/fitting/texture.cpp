@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
-#include <bit>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -65,33 +63,38 @@ class DepthMap {
       nearest = std::max(nearest, p.depth[i]), farthest = std::min(farthest, p.depth[i]);
     }
     if (!(low[0] <= high[0])) return;
-    scale_ = static_cast<float>((options.depth_resolution - 5) / std::max((high - low).maxCoeff(), 1e-9));
+    // Finer than the image it would tell nothing more.
+    const double pixels = std::clamp((high - low).maxCoeff(), 256.0, 1.0 * std::max(options.depth_resolution, 256));
+    scale_ = static_cast<float>((std::min<double>(pixels, options.depth_resolution) - 5) /
+                                std::max((high - low).maxCoeff(), 1e-9));
     shift_ = (Eigen::RowVector2d(2, 2) - double{scale_} * low).cast<float>().transpose();
     p.pixels = (double{scale_} * p.pixels).rowwise() + shift_.cast<double>().transpose();
     perspective_ = p.perspective();
     bias_ = static_cast<float>(options.depth_bias * (nearest - farthest));
     width_ = static_cast<int>(double{scale_} * (high - low)[0]) + 5;
     height_ = static_cast<int>(double{scale_} * (high - low)[1]) + 5;
-    rows_.clear(0, width_, 0, height_);
+    rows_.clear_depth(0, width_, 0, height_);
     constexpr int band_rows = 32;
     const ScanList list = scan_list(p, F, height_, false);
     const auto bands = bands_of(list, height_, band_rows);
     for (size_t band = 0; band < bands.size(); ++band)
       for (const int i : bands[band])
-        rows_.draw(list.items[static_cast<size_t>(i)], width_, static_cast<int>(band) * band_rows,
-                   static_cast<int>(band) * band_rows + band_rows - 1);
+        rows_.draw_depth(list.items[static_cast<size_t>(i)], width_, static_cast<int>(band) * band_rows,
+                         static_cast<int>(band) * band_rows + band_rows - 1);
   }
 
-  /// Whether a point at pixel (x, y) is nearest to the camera. The depth varies within a pixel by the slope of the
-  /// surface, `tangent` per millimetre, which is allowed for; `pixel_mm` is a pixel of the image on the face.
-  bool sees(float x, float y, float depth, float tangent, float pixel_mm) const {
+  /// Whether a point at pixel (x, y) with that cosine to the viewer is nearest to the camera. The depth varies within a
+  /// pixel by the slope of the surface, which is allowed for; `pixel_mm` is a pixel of the image on the face.
+  bool sees(float x, float y, float depth, float cosine, float pixel_mm) const {
     const float px = scale_ * x + shift_[0] + 0.5F, py = scale_ * y + shift_[1] + 0.5F;
     if (!(px >= 0 && py >= 0)) return false;
     const int i = static_cast<int>(px), j = static_cast<int>(py);
     if (i >= width_ || j >= height_) return false;
     const float z = rows_.z(j)[i];  // -infinity where empty, just outside the outline
-    const float nearest = perspective_ ? (z > 0 ? -1 / z : z) : z;
-    return nearest - depth <= bias_ + 0.71F * (pixel_mm / scale_) * tangent;
+    const float behind = (perspective_ ? (z > 0 ? -1 / z : z) : z) - depth - bias_;
+    if (behind <= 0) return true;
+    const float tangent = std::min(std::sqrt(std::max(1 - cosine * cosine, 0.0F)) / cosine, 6.0F);
+    return behind <= 0.71F * (pixel_mm / scale_) * tangent;
   }
 
  private:
@@ -135,12 +138,6 @@ TexturedTriangle prepare(const Mesh& mesh, const IsomapTexels& map, const PosedF
     t.samples = 2;
   }
   return t;
-}
-
-float inverse_root(float x) {
-  float y = std::bit_cast<float>(0x5f3759df - (std::bit_cast<std::int32_t>(x) >> 1));
-  for (int k = 0; k < 3; ++k) y *= 1.5F - 0.5F * x * y * y;
-  return y;
 }
 
 /// Colours the texels of a row, one run after the other.
@@ -236,13 +233,11 @@ class Extractor {
       x = face_.principal[0] - face_.focal * a / c, y = face_.principal[1] + face_.focal * b / c;
     }
     if (!(facing > 0) || !(x >= -0.5F && y >= -0.5F && x <= limit_x_ && y <= limit_y_)) return {x, y, 0};
-    const float cosine = std::min(facing * inverse_root(length2), 1.0F);
     const auto low = static_cast<float>(options_.hidden_cosine), high = static_cast<float>(options_.full_cosine);
-    if (cosine <= low) return {x, y, 0};
-    const float sine2 = std::max(1 - cosine * cosine, 1e-12F);
-    const float tangent = std::min(sine2 * inverse_root(sine2) / cosine, 6.0F);
-    if (!depth_.sees(x, y, depth, tangent, pixel_mm)) return {x, y, 0};
-    const float s = std::min((cosine - low) / (high - low), 1.0F);
+    if (facing * facing <= low * low * length2) return {x, y, 0};
+    const float cosine = std::min(facing / std::sqrt(length2), 1.0F);
+    if (!depth_.sees(x, y, depth, cosine, pixel_mm)) return {x, y, 0};
+    const float s = std::clamp((cosine - low) / (high - low), 0.0F, 1.0F);
     return {x, y, static_cast<std::uint8_t>(255 * s * s * (3 - 2 * s) + 0.5F)};
   }
   Float4 colour(const TexturedTriangle& t, const LinearImage::Sampler& sample, float x, float y) const {

@@ -55,7 +55,7 @@ LinearImage::Level LinearImage::halved(const Level& fine) {
   Level level;
   level.width = (fine.width + 1) / 2, level.height = (fine.height + 1) / 2, level.stride = level.width + 1;
   level.scale = fine.scale / 2, level.shift = fine.shift / 2 - 0.25F;
-  level.texels.resize(4 * static_cast<size_t>(level.stride) * static_cast<size_t>(level.height + 1));
+  level.texels = LargeBuffer(4 * static_cast<size_t>(level.stride) * static_cast<size_t>(level.height + 1));
   const size_t row = 4 * static_cast<size_t>(fine.stride);
   for (int y = 0; y < level.height; ++y) {  // an odd size reads its repeated border
     const float* p = fine.texels.data() + 2 * static_cast<size_t>(y) * row;
@@ -74,7 +74,7 @@ LinearImage::LinearImage(const Image& image, int levels, int left, int top, int 
   left_ = static_cast<float>(left), top_ = static_cast<float>(top);
   Level base;
   base.width = right - left, base.height = bottom - top, base.stride = base.width + 1;
-  base.texels.resize(4 * static_cast<size_t>(base.stride) * static_cast<size_t>(base.height + 1));
+  base.texels = LargeBuffer(4 * static_cast<size_t>(base.stride) * static_cast<size_t>(base.height + 1));
   for (int y = 0; y < base.height; ++y)
     opaque_ &= decode_row(image, left, top + y, base.width,
                           base.texels.data() + 4 * static_cast<size_t>(y) * static_cast<size_t>(base.stride));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "libmodel/core/image.h"
+#include "libmodel/render/large_buffer.h"
 #include "libmodel/render/simd4.h"
 
 namespace facewright {
@@ -82,7 +83,7 @@ class LinearImage {
   struct Level {
     int width = 0, height = 0, stride = 0;  ///< one more column and row than the image, repeating its last
     float scale = 1, shift = 0, x_limit = 0, y_limit = 0;
-    std::vector<float> texels;
+    LargeBuffer texels;
   };
   static Rgba at(const float* p) { return Eigen::Map<const Rgba>(p); }
   static Level halved(const Level& fine);

@@ -110,6 +110,8 @@ void ChannelPlanes::add(const PaintedMesh& scene, int f, const BarycentricPlanes
 RowPainter::RowPainter(const PaintedMesh& scene, const ChannelPlanes& planes, int width)
     : scene_(scene), planes_(planes), colours_(static_cast<size_t>(width)) {
   for (const Channel k : planes.channels()) values(k).assign(static_cast<size_t>(width) + 4, 0);
+  for (int level = 0; scene.texture && level < scene.texture->levels(); ++level)
+    samplers_.push_back(scene.texture->sampler(level));
   if (scene.normals.rows() > 0) gain_.assign(static_cast<size_t>(width), 1);
 }
 
@@ -161,14 +163,26 @@ void RowPainter::texture(int begin, int end) {
   const float *u = row(Channel::u), *v = row(Channel::v), *lod = row(Channel::lod);
   Float4* out = colours_.data();
   const LinearImage& image = *scene_.texture;
+  const bool opaque = image.opaque(), minified = !values(Channel::lod).empty() && image.levels() > 1;
   const LinearImage::Sampler sample = image.sampler(0);
-  const bool opaque = image.opaque(), minified = !values(Channel::lod).empty();
-  if (opaque && !minified) {
-    for (int x = begin; x < end; ++x) out[x] = sample(u[x], v[x]);
+  if (!minified) {
+    for (int x = begin; x < end; ++x) {
+      const Float4 t = sample(u[x], v[x]);
+      out[x] = opaque ? t : t + broadcast4(1 - t[3]) * out[x];
+    }
     return;
   }
+  const float top = static_cast<float>(image.levels() - 1) - 1e-3F;
   for (int x = begin; x < end; ++x) {
-    const Float4 t = minified && lod[x] > 0 ? image.trilinear(u[x], v[x], lod[x]) : sample(u[x], v[x]);
+    Float4 t;
+    if (lod[x] > 0) {
+      const float between = std::min(lod[x], top);
+      const auto level = static_cast<size_t>(between);
+      const Float4 fine = samplers_[level](u[x], v[x]), coarse = samplers_[level + 1](u[x], v[x]);
+      t = fine + broadcast4(between - static_cast<float>(level)) * (coarse - fine);
+    } else {
+      t = sample(u[x], v[x]);
+    }
     out[x] = opaque ? t : t + broadcast4(1 - t[3]) * out[x];
   }
 }

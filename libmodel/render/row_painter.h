@@ -79,7 +79,8 @@ class RowPainter {
   const PaintedMesh& scene_;
   const ChannelPlanes& planes_;
   std::array<std::vector<float>, kChannelCount> channels_;
-  std::vector<float> gain_;  ///< light; empty: no shading
+  std::vector<float> gain_;                     ///< light; empty: no shading
+  std::vector<LinearImage::Sampler> samplers_;  ///< per level of the texture
   std::vector<Float4> colours_;
   std::vector<std::pair<int, int>> spans_;
 };

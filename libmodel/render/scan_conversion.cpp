@@ -44,13 +44,18 @@ ScanList scan_list(const ProjectedVertices& p, const Faces& F, int height, bool 
   return list;
 }
 
-void VisibilityRows::clear(int left, int right, int first, int count) {
+void VisibilityRows::clear_depth(int left, int right, int first, int count) {
   left_ = left, right_ = std::max(left, right), first_ = first, count_ = count;
   const size_t pixels = static_cast<size_t>(right_ - left_) * static_cast<size_t>(count);
-  triangle_.assign(pixels + 4, -1);  // whole groups of four are written
-  z_.assign(pixels + 4, -std::numeric_limits<float>::infinity());
+  z_.assign(pixels + 4, -std::numeric_limits<float>::infinity());  // whole groups of four are written
 }
 
+void VisibilityRows::clear(int left, int right, int first, int count) {
+  clear_depth(left, right, first, count);
+  triangle_.assign(z_.size(), -1);
+}
+
+template <bool with_triangles>
 void VisibilityRows::draw(const ScanList::Item& item, int width, int from, int to) {
   const int last = std::min({item.scan.last_row, to, last_row()});
   const auto step = static_cast<float>(item.z.dx);
@@ -60,19 +65,22 @@ void VisibilityRows::draw(const ScanList::Item& item, int width, int from, int t
     if (begin >= end) continue;
     const auto start = static_cast<float>(item.z.value + item.z.dx * (begin - item.x0) + item.z.dy * (y - item.y0));
     float* __restrict z = z_.data() + offset(y) + (begin - left_);
-    int* __restrict ids = triangle_.data() + offset(y) + (begin - left_);
+    int* __restrict ids = with_triangles ? triangle_.data() + offset(y) + (begin - left_) : nullptr;
     const int n = end - begin;
-    const Int4 id = {item.scan.id, item.scan.id, item.scan.id, item.scan.id};
+    [[maybe_unused]] const Int4 id = {item.scan.id, item.scan.id, item.scan.id, item.scan.id};
     for (int i = 0; i < n; i += 4) {  // lanes past the end are never nearer
       const Int4 lane = Int4{0, 1, 2, 3} + i;
       const Float4 value = broadcast4(start) + broadcast4(step) * __builtin_convertvector(lane, Float4);
       const Float4 old_z = load4<Float4>(z + i);
       const Int4 nearer = (value > old_z) & (lane < n);
       store4(z + i, nearer ? value : old_z);
-      store4(ids + i, nearer ? id : load4<Int4>(ids + i));
+      if constexpr (with_triangles) store4(ids + i, nearer ? id : load4<Int4>(ids + i));
     }
   }
 }
+
+template void VisibilityRows::draw<true>(const ScanList::Item&, int, int, int);
+template void VisibilityRows::draw<false>(const ScanList::Item&, int, int, int);
 
 std::vector<std::vector<int>> bands_of(const ScanList& list, int height, int band_rows) {
   std::vector<std::vector<int>> bands(static_cast<size_t>((height + band_rows - 1) / band_rows));

@@ -114,7 +114,10 @@ class VisibilityRows {
   /// Equal z stays with the one drawn first.
   void draw(const ScanList::Item& item, int width) { draw(item, width, first_, last_row()); }
   /// The same, in rows [from, to] only: a large buffer is filled band by band, which stays in the cache.
-  void draw(const ScanList::Item& item, int width, int from, int to);
+  void draw(const ScanList::Item& item, int width, int from, int to) { draw<true>(item, width, from, to); }
+  /// Of the z alone; triangles() must not be asked for.
+  void clear_depth(int left, int right, int first, int count);
+  void draw_depth(const ScanList::Item& item, int width, int from, int to) { draw<false>(item, width, from, to); }
 
   const int* triangles(int y) const { return triangle_.data() + offset(y); }  ///< of column left()
   const float* z(int y) const { return z_.data() + offset(y); }
@@ -124,6 +127,8 @@ class VisibilityRows {
   int last_row() const { return first_ + count_ - 1; }
 
  private:
+  template <bool with_triangles>
+  void draw(const ScanList::Item& item, int width, int from, int to);
   size_t offset(int y) const { return static_cast<size_t>(y - first_) * static_cast<size_t>(right_ - left_); }
   int left_ = 0, right_ = 0, first_ = 0, count_ = 0;
   std::vector<int> triangle_;
