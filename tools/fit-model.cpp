@@ -102,21 +102,32 @@ int main(int argc, char** argv) {
       ->check(CLI::NonNegativeNumber);
   app.add_option("--sigma-mm", fit.sigma_mm, "Landmark standard deviation on the face, mm")->check(CLI::PositiveNumber);
   app.add_option("--iterations", fit.iterations, "Rounds of pose and shape at most")->check(CLI::Range(1, 100000));
-  const std::map<std::string, JawMode> jaws = {
-      {"exclude", JawMode::exclude}, {"slide", JawMode::slide}, {"fixed", JawMode::fixed}};
+  const std::map<std::string, JawMode> jaws = {{"exclude", JawMode::exclude},
+                                               {"slide", JawMode::slide},
+                                               {"fixed", JawMode::fixed},
+                                               {"contour", JawMode::contour}};
   const std::map<std::string, CameraKind> cameras = {{"orthographic", CameraKind::orthographic},
                                                      {"affine", CameraKind::affine}};
   std::string jaw = "slide", camera = "orthographic";
-  app.add_option("--jaw", jaw, "Jaw landmarks 1..17: exclude, slide (along the jaw line) or fixed")
-      ->check(CLI::IsMember({"exclude", "slide", "fixed"}));
+  app.add_option("--jaw", jaw,
+                 "Jaw landmarks 1..17: exclude, slide (along the jaw line), fixed, or contour (of the posed face)")
+      ->check(CLI::IsMember({"exclude", "slide", "fixed", "contour"}));
   app.add_option("--camera", camera, "orthographic (more accurate) or affine (the paper's)")
       ->check(CLI::IsMember({"orthographic", "affine"}));
+  const std::map<std::string, ExpressionMode> expressions = {{"auto", ExpressionMode::automatic},
+                                                             {"none", ExpressionMode::none},
+                                                             {"blendshapes", ExpressionMode::blendshapes},
+                                                             {"modes", ExpressionMode::modes}};
+  std::string expression = "auto";
+  app.add_option("--expression", expression, "auto (what the model has), none, blendshapes or modes")
+      ->check(CLI::IsMember({"auto", "none", "blendshapes", "modes"}));
   app.add_option("--texture-size", options.fit.texture.size, "Texels along each side of the isomap")
       ->check(CLI::Range(8, 8192));
   app.add_flag("!--no-glb", options.glb, "Write no .glb beside the .obj");
   return run_program(argc, argv, app, common, [&] {
     fit.jaw = jaws.at(jaw);
     fit.camera = cameras.at(camera);
+    fit.expression.mode = expressions.at(expression);
     options.model = model;
     options.mapping = mapping;
     options.output = common.output;

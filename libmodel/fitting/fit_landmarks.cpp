@@ -130,6 +130,8 @@ std::string to_string(FitStop stop) {
   return "unknown";
 }
 
+Eigen::VectorXd FitResult::shape_stddevs() const { return shape_covariance.diagonal().cwiseSqrt(); }
+
 FitResult fit_landmarks(const MorphableModel& model, const ImageLandmarks& landmarks, const FitOptions& options,
                         const LandmarkMapper& mapper) {
   check(options);

@@ -80,7 +80,7 @@ struct FitResult {
   Eigen::MatrixXd shape_covariance;
   FitSummary summary;
 
-  Eigen::VectorXd shape_stddevs() const { return shape_covariance.diagonal().cwiseSqrt(); }
+  Eigen::VectorXd shape_stddevs() const;  ///< (M) square roots of its diagonal
 };
 
 /// Fits pose and shape (and expression, if the model has one) to 2D landmarks, in turns until neither moves: Gold

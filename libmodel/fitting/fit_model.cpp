@@ -39,7 +39,7 @@ FitModelResult fit_model(const MorphableModel& model, const Image& image, const 
   if (image.empty()) throw InvalidInput("fit: the image is empty");
   FitModelResult result;
   result.fit = fit_landmarks(model, landmarks, options.fit, mapper);
-  result.mesh = model.instance(result.fit.shape_coefficients, {}, options.level, result.fit.expression_coefficients);
+  result.mesh = fitted_mesh(model, result.fit, options.level);
   if (result.mesh.has_uv()) {
     TextureOptions texture = options.texture;
     texture.threads = options.threads;

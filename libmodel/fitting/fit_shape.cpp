@@ -46,6 +46,8 @@ ShapeResult without_prior(const WhitenedRows& all, Eigen::Index P, Eigen::Index 
 
 }  // namespace
 
+Eigen::VectorXd ShapeResult::stddevs() const { return covariance.diagonal().cwiseSqrt(); }
+
 ShapeResult fit_shape_posterior(const LandmarkShapeModel& model, const std::vector<Observation>& seen,
                                 const AffineCamera& camera, const std::vector<Information>& W, double lambda,
                                 const Eigen::MatrixXd& nuisance, bool with_covariance) {

@@ -33,7 +33,7 @@ struct ShapeResult {
   Eigen::MatrixXd covariance;
   ShapeSummary summary;
 
-  Eigen::VectorXd stddevs() const { return covariance.diagonal().cwiseSqrt(); }
+  Eigen::VectorXd stddevs() const;
 };
 
 /// Maximum a posteriori coefficients under a fixed camera, in closed form:

@@ -170,7 +170,7 @@ double ImageFit::follow(const Eigen::VectorXd& shape) {
 void ImageFit::update_pose() {
   update_weights();
   if (context_.options.camera == CameraKind::orthographic) {
-    orthographic_ = refine_orthographic(orthographic_, X_, pixels_, W_, {5, 1e-8}).camera;  // the next round goes on
+    orthographic_ = refine_orthographic(orthographic_, X_, pixels_, W_, {3, 1e-8}).camera;  // the next round goes on
     camera_ = orthographic_.affine();
   } else {
     std::vector<Eigen::Index> rows;

@@ -37,16 +37,18 @@ void save(const FitImagesOptions& options, const FittedImage& image, const FitMo
   const auto path = [&](const std::string& ending) { return options.output / (stem + ending); };
   std::optional<ObjMaterial> material;
   Mesh mesh = result.mesh;
-  if (!result.texture.isomap.empty()) {
-    material = ObjMaterial{stem + "_isomap.png"};
-    write_png(options.output / material->texture_file, result.texture.isomap);
+  if (!result.texture.isomap.empty()) write_png(path("_isomap.png"), result.texture.isomap);
+  if (!result.completed.texture.empty()) {
+    material = ObjMaterial{stem + "_texture.png"};
+    write_png(options.output / material->texture_file, result.completed.texture);
+    write_png(path("_sources.png"), result.completed.sources);
     mesh.colours.resize(0, 3);  // the texture carries them
   }
   write_obj(path(".obj"), mesh, material);
-  if (options.glb) write_file(path(".glb"), mesh_glb_bytes(mesh, result.texture.isomap));
+  if (options.glb) write_file(path(".glb"), mesh_glb_bytes(mesh, result.completed.texture));
   write_png(path("_frontal.png"), result.frontal);
   write_png(path("_overlay.png"), result.overlay);
-  write_file(path(".json"), fit_json(image, result.texture.summary));
+  write_file(path(".json"), fit_json(image, result));
 }
 
 void fit_one(const FitImagesOptions& options, const MorphableModel& model, const LandmarkMapper& mapper, size_t i,

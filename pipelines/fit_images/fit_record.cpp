@@ -36,7 +36,9 @@ std::string text(double x) {
 
 }  // namespace
 
-std::string fit_json(const FittedImage& image, const TextureSummary& texture) {
+std::string fit_json(const FittedImage& image, const FitModelResult& result) {
+  const TextureSummary& texture = result.texture.summary;
+  const CompletionSummary& completion = result.completed.summary;
   const FitResult& fit = image.fit;
   const FitSummary& s = fit.summary;
   Json json;
@@ -54,7 +56,9 @@ std::string fit_json(const FittedImage& image, const TextureSummary& texture) {
                     {"b", numbers(fit.camera.b)},
                     {"pixels_per_mm", fit.orthographic.s}};
   json["shape_coefficients"] = numbers(fit.shape_coefficients);
+  json["shape_stddevs"] = numbers(fit.shape_stddevs());
   json["expression_coefficients"] = numbers(fit.expression_coefficients);
+  json["blendshape_weights"] = fit.blendshape_weights;
   json["landmark_rms_px"] = s.rms_px;
   json["landmark_rms_percent_of_outer_eye_distance"] = s.rms_percent;
   json["outer_eye_distance_px"] = s.outer_eye_distance_px;
@@ -64,7 +68,10 @@ std::string fit_json(const FittedImage& image, const TextureSummary& texture) {
   json["residuals"] = residuals(s);
   json["texture"] = {
       {"visible_share", static_cast<double>(texture.visible_texels) / std::max(texture.mapped_texels, 1)},
-      {"mean_alpha", texture.mean_alpha}};
+      {"mean_alpha", texture.mean_alpha},
+      {"seen", completion.seen},
+      {"mirrored", completion.mirrored},
+      {"modelled", completion.modelled}};
   return json.dump(1) + "\n";
 }
 

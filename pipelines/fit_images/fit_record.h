@@ -9,7 +9,7 @@
 namespace facewright {
 
 /// All numbers of a fit as JSON text; angles in degrees. docs/fitting.md lists them.
-std::string fit_json(const FittedImage& fit, const TextureSummary& texture);
+std::string fit_json(const FittedImage& image, const FitModelResult& result);
 
 /// A header and a line for each image, failures included, by RFC 4180: image, landmarks, fitted, pose in degrees,
 /// pixels per mm, landmark error, coefficients. Columns of coefficients are as many as the longest has.

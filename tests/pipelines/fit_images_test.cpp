@@ -91,7 +91,7 @@ TEST_F(FitImagesTest, WritesALineAndTheFilesOfEveryImage) {
   take_picture("frame_02", 2);
   const FitImagesSummary summary = fit_images(options());
   EXPECT_EQ(summary.fitted, 2);
-  for (const char* ending : {".obj", ".mtl", ".glb", ".json", "_isomap.png", "_frontal.png", "_overlay.png"})
+  for (const char* ending : {".obj", ".mtl", ".glb", ".json", "_isomap.png", "_texture.png", "_sources.png", "_frontal.png", "_overlay.png"})
     EXPECT_TRUE(fs::exists(folder_ / "out" / ("frame_02" + std::string(ending)))) << ending;
   const auto json = nlohmann::json::parse(file("out/frame_01.json"));
   EXPECT_EQ(json["shape_coefficients"].size(), static_cast<size_t>(model_.shape().mode_count()));
