@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/csv.h"
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/io/text_builder.h"
 #include "pipelines/evaluation.h"
@@ -149,13 +150,6 @@ Json evaluation_json(const Evaluation& e) {
   return j;
 }
 
-// Names are quoted: they may hold commas.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? "\"\"" : std::string(1, c);
-  return out + "\"";
-}
-
 std::string csv_numbers(std::initializer_list<double> numbers) {
   std::string out;
   for (const double x : numbers) {
@@ -171,7 +165,7 @@ std::string distance_csv(const Evaluation& e, const std::string& quantity) {
     for (const Measure& m : measures(set))
       for (size_t i = 0; i < m.curve->modes.size() && m.quantity == quantity; ++i) {
         const auto k = static_cast<Eigen::Index>(i);
-        out += quoted(set.name) + "," + m.name + "," + m.unit + "," + std::to_string(m.curve->modes[i]) +
+        out += csv_field(set.name) + "," + m.name + "," + m.unit + "," + std::to_string(m.curve->modes[i]) +
                csv_numbers({m.curve->value[k], m.curve->standard_error[k]}) + "\n";
       }
   return out;
@@ -182,7 +176,7 @@ std::string compactness_csv(const Evaluation& e) {
   const auto rows = [&](const EvaluatedSet& set, const CompactnessResult& c, const char* measure) {
     for (size_t i = 0; i < c.variance.modes.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
-      out += quoted(set.name) + "," + measure + "," + std::to_string(c.variance.modes[i]) +
+      out += csv_field(set.name) + "," + measure + "," + std::to_string(c.variance.modes[i]) +
              csv_numbers({c.variance.value[k], c.variance.standard_error[k], c.share[k]}) + "\n";
     }
   };
