@@ -24,8 +24,9 @@ Eigen::VectorXd PcaModel::instance(const Eigen::VectorXd& c, Eigen::Index vertic
   const Eigen::Index rows = vertices < 0 ? mean.size() : 3 * vertices;
   if (rows > mean.size()) throw InvalidInput("model: more vertices asked for than the model has");
   Eigen::VectorXd x = mean.head(rows);
-  // Sums of columns rather than one matrix product: the rounding of an entry must not depend on the number of rows. Four
-  // columns to a pass over x: the basis is read at the speed of the cache, and zeros behind the last change nothing.
+  // Sums of columns rather than one matrix product: the rounding of an entry must not depend on the number of rows.
+  // Four columns to a pass over x: the basis is read at the speed of the cache, and zeros behind the last change
+  // nothing.
   const auto term = [&](Eigen::Index k) { return (c[k] * std::sqrt(variances[k])) * basis.col(k).head(rows); };
   Eigen::Index k = 0;
   for (; k + 4 <= c.size(); k += 4) x += term(k) + term(k + 1) + term(k + 2) + term(k + 3);
