@@ -15,6 +15,7 @@
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/model/model_file.h"
 #include "pipelines/output_tree.h"
+#include "pipelines/registration_report.h"
 
 namespace facewright {
 namespace {
@@ -78,19 +79,16 @@ std::vector<int> landmark_vertices(const fs::path& file, Eigen::Index vertices) 
   return list;
 }
 
-// How far each vertex of each scan was observed; empty where the build did not say.
-SampleMatrix read_visibility(const EvaluationSet& set, const OutputTree& tree, Eigen::Index finest,
-                             Eigen::Index vertices) {
-  SampleMatrix visibility(static_cast<Eigen::Index>(set.ids.size()), vertices);
+// How far the colour of each vertex of each scan can be trusted; empty where the build did not say.
+SampleMatrix read_weights(const EvaluationSet& set, const OutputTree& tree, Eigen::Index finest,
+                          Eigen::Index vertices) {
+  SampleMatrix weights(static_cast<Eigen::Index>(set.ids.size()), vertices);
   for (size_t s = 0; s < set.ids.size(); ++s) {
-    const fs::path file = tree.scan_origins(set.ids[s]);
+    const fs::path file = tree.colour_weights(set.ids[s]);
     if (!fs::exists(file)) return {};
-    const std::string letters = read_file(file);
-    if (static_cast<Eigen::Index>(letters.size()) != finest) throw IoError(file.string(), "has the wrong length");
-    for (Eigen::Index v = 0; v < vertices; ++v)
-      visibility(static_cast<Eigen::Index>(s), v) = letters[static_cast<size_t>(v)] == 'm' ? 1 : 0;
+    weights.row(static_cast<Eigen::Index>(s)) = read_colour_weights(file, finest).head(vertices).transpose();
   }
-  return visibility;
+  return weights;
 }
 
 void read_truth(const EvaluationSetOptions& options, Eigen::Index finest, EvaluationSet& set) {
@@ -159,10 +157,11 @@ EvaluationSet read_evaluation_set(const EvaluationSetOptions& options) {
     MetricsInput& colours = set.colours;
     colours.samples = stacked(meshes, &Mesh::colours, N);
     colours.distance_weights = shapes.distance_weights;
-    if (build) colours.visibility = read_visibility(set, tree, finest, N);
+    if (build) colours.visibility = read_weights(set, tree, finest, N);
     if (colours.visibility.size() > 0)
-      colours.samples =
-          fill_unseen(std::move(colours.samples), colours.visibility, {.threads = options.threads}).values;
+      colours.samples = fill_unseen(std::move(colours.samples), colours.visibility, shapes.reference, shapes.F,
+                                    {.threads = options.threads})
+                            .values;
   }
   return set;
 }

@@ -66,15 +66,15 @@ Json filled_colours(const ModelCardInput& input) {
             {"held_out_rms", f.held_out.filled},
             {"held_out_rms_of_mean", f.held_out.mean},
             {"converged", f.converged}};
-  for (size_t s = 0; s < f.sample_shares.size() && s < input.built.size(); ++s)
-    j["scans"][input.built[s]] = f.sample_shares[s];
+  for (size_t s = 0; s < f.sample_shares.size() && s < input.coloured.size(); ++s)
+    j["scans"][input.coloured[s]] = f.sample_shares[s];
   return j;
 }
 
 Json gains_of(const ModelCardInput& input) {
   Json j;
-  for (Eigen::Index s = 0; s < input.gains.rows() && s < static_cast<Eigen::Index>(input.built.size()); ++s)
-    j[input.built[static_cast<size_t>(s)]] = {input.gains(s, 0), input.gains(s, 1), input.gains(s, 2)};
+  for (Eigen::Index s = 0; s < input.gains.rows() && s < static_cast<Eigen::Index>(input.coloured.size()); ++s)
+    j[input.coloured[static_cast<size_t>(s)]] = {input.gains(s, 0), input.gains(s, 1), input.gains(s, 2)};
   return j;
 }
 
@@ -96,6 +96,7 @@ Json card(const MorphableModel& model, const ModelCardInput& input) {
   };
   j["shape"] = part(model.shape(), input.shape_variance);
   if (model.has_colour()) j["colour"] = part(model.colour(), input.colour_variance);
+  if (!input.coloured.empty()) j["colour"]["scans"] = input.coloured.size();
   if (!input.fill.sample_shares.empty()) j["filled_colours"] = filled_colours(input);
   if (input.gains.rows() > 0) j["colour_gains"] = gains_of(input);
   if (model.expression()) j["expression_modes"] = model.expression()->mode_count();

@@ -19,10 +19,10 @@ struct ModelCardInput {
   bool has_manifest = false;
   double variance_share = 0.99;
   double shape_variance = 0, colour_variance = 0;  ///< total, mm^2 and linear RGB^2
-  std::vector<std::string> built;                  ///< ids of the scans that fill and gains speak of, in their order
-  FillUnseenSummary fill;                          ///< what was done about colours nobody saw
-  Eigen::MatrixXd gains;                           ///< (S x 3) of balanced colours, or empty
-  std::string terms;                               ///< licence and consent, as the user states them; may be empty
+  std::vector<std::string> coloured;  ///< ids of the scans in the colour model, which fill and gains speak of
+  FillUnseenSummary fill;             ///< what was done about colours nobody saw
+  Eigen::MatrixXd gains;              ///< (S x 3) of balanced colours, or empty
+  std::string terms;                  ///< licence and consent, as the user states them; may be empty
 };
 
 /// A model card [mitchell2019] with the table of people of [huber2016]: who is in the model (people, scans, groups,

@@ -74,6 +74,8 @@ ModelStageResult model_stage(const std::vector<ManifestEntry>& entries,
   ModelStageResult result;
   result.scans = read_registered_set(ids_of(neutral), reference, tree);
   result.built = build_model(result.scans, reference, building);
+  std::vector<std::string> coloured;
+  for (const int row : result.built.colour_scans) coloured.push_back(neutral[static_cast<size_t>(row)].id);
   result.pruned = pruned_scans(result.built.summary.pruned, neutral);
   if (!result.pruned.empty()) {
     std::erase_if(neutral, [&](const ManifestEntry& e) { return result.pruned.count(e.id) > 0; });
@@ -91,7 +93,7 @@ ModelStageResult model_stage(const std::vector<ManifestEntry>& entries,
   card.shape_variance = result.built.summary.shape.total_variance;
   card.colour_variance = result.built.summary.colour.total_variance;
   card.terms = options.terms;
-  card.built = ids_of(neutral);
+  card.coloured = std::move(coloured);
   card.fill = result.built.summary.fill;
   card.gains = result.built.summary.gains;
   result.card_markdown = model_card_markdown(result.built.model, card);

@@ -10,7 +10,9 @@
 
 #include "libmodel/building/colour_reliability.h"
 #include "libmodel/building/colour_sampling.h"
+#include "libmodel/core/errors.h"
 #include "libmodel/geometry/normals.h"
+#include "libmodel/io/atomic_file.h"
 #include "libmodel/surface/nearest.h"
 
 namespace facewright {
@@ -31,6 +33,17 @@ Json failures_json(const RegisterSummary& s) {
   Json j = Json::object();
   for (size_t k = 1; k < kMatchStatusCount; ++k) j[kStatusNames[k]] = s.match_status[k];
   return j;
+}
+
+template <class Value>
+Eigen::VectorXd read_letters(const std::filesystem::path& file, Eigen::Index vertices, const Value& value) {
+  const std::string letters = read_file(file);
+  if (static_cast<Eigen::Index>(letters.size()) != vertices)
+    throw IoError(file.string(), "has " + std::to_string(letters.size()) + " characters, the mesh has " +
+                                     std::to_string(vertices) + " vertices; build into an empty folder");
+  Eigen::VectorXd values(vertices);
+  for (Eigen::Index v = 0; v < vertices; ++v) values[v] = value(letters[static_cast<size_t>(v)]);
+  return values;
 }
 
 // printf into a string.
@@ -146,11 +159,12 @@ std::string weight_digits(const Eigen::VectorXd& weights) {
   return digits;
 }
 
-Eigen::VectorXd weights_from_digits(const std::string& digits) {
-  Eigen::VectorXd weights(static_cast<Eigen::Index>(digits.size()));
-  for (size_t v = 0; v < digits.size(); ++v)
-    weights[static_cast<Eigen::Index>(v)] = std::clamp((digits[v] - '0') / 9.0, 0.0, 1.0);
-  return weights;
+Eigen::VectorXd read_colour_weights(const std::filesystem::path& file, Eigen::Index vertices) {
+  return read_letters(file, vertices, [](char c) { return std::clamp((c - '0') / 9.0, 0.0, 1.0); });
+}
+
+Eigen::VectorXd read_matched(const std::filesystem::path& file, Eigen::Index vertices) {
+  return read_letters(file, vertices, [](char c) { return c == 'm' ? 1.0 : 0.0; });
 }
 
 std::string origin_letters(const std::vector<MatchOrigin>& origins) {

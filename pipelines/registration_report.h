@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -22,11 +23,14 @@ Mesh coloured_registration(const Scan& scan, const RegistrationResult& result, c
 /// How far the colour of each registered vertex can be trusted, (N) 0..1: colour_reliability where it was matched, 0
 /// elsewhere.
 Eigen::VectorXd colour_weights(const RegistrationResult& result, const Faces& F);
-/// As digits, 0 to 9, and back.
+/// As digits, 0 to 9.
 std::string weight_digits(const Eigen::VectorXd& weights);
-Eigen::VectorXd weights_from_digits(const std::string& digits);
-
 /// One letter per vertex: m matched, r mirrored, i interpolated, f free.
 std::string origin_letters(const std::vector<MatchOrigin>& origins);
+
+/// What the two wrote, for a mesh of `vertices`: colour weights, (N) 0..1, and 1 where a vertex was matched, else 0.
+/// Throw IoError for another number of characters.
+Eigen::VectorXd read_colour_weights(const std::filesystem::path& file, Eigen::Index vertices);
+Eigen::VectorXd read_matched(const std::filesystem::path& file, Eigen::Index vertices);
 
 }  // namespace facewright

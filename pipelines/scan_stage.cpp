@@ -162,8 +162,7 @@ RegisteredSet read_registered_set(const std::vector<std::string>& ids, const Mul
   set.ids = ids;
   const Eigen::Index S = static_cast<Eigen::Index>(ids.size()), N = reference.V.rows();
   set.shapes.resize(S, 3 * N);
-  set.visibility = SampleMatrix::Zero(S, N);
-  std::vector<Colours> colours;
+  set.visibility = set.colour_weights = SampleMatrix::Zero(S, N);
   for (Eigen::Index s = 0; s < S; ++s) {
     const std::string& id = ids[static_cast<size_t>(s)];
     const Mesh mesh = read_mesh(tree.registered(id));
@@ -171,16 +170,12 @@ RegisteredSet read_registered_set(const std::vector<std::string>& ids, const Mul
       throw InvalidInput(tree.registered(id).string() + ": " + std::to_string(mesh.V.rows()) +
                          " vertices, the reference has " + std::to_string(N) + "; build into an empty folder");
     set.shapes.row(s) = Eigen::Map<const Eigen::RowVectorXd>(mesh.V.data(), 3 * N);
-    if (mesh.has_colours()) colours.push_back(mesh.colours);
-    const std::string digits = read_file(tree.colour_weights(id));
-    if (static_cast<Eigen::Index>(digits.size()) != N)
-      throw IoError(tree.colour_weights(id).string(), "has the wrong length");
-    set.visibility.row(s) = weights_from_digits(digits).transpose();
+    set.visibility.row(s) = read_matched(tree.scan_origins(id), N).transpose();
+    if (!mesh.has_colours()) continue;
+    if (set.colours.size() == 0) set.colours = SampleMatrix::Zero(S, 3 * N);
+    set.colours.row(s) = Eigen::Map<const Eigen::RowVectorXd>(mesh.colours.data(), 3 * N);
+    set.colour_weights.row(s) = read_colour_weights(tree.colour_weights(id), N).transpose();
   }
-  if (static_cast<Eigen::Index>(colours.size()) != S) return set;  // a colour model needs the colours of every scan
-  set.colours.resize(S, 3 * N);
-  for (Eigen::Index s = 0; s < S; ++s)
-    set.colours.row(s) = Eigen::Map<const Eigen::RowVectorXd>(colours[static_cast<size_t>(s)].data(), 3 * N);
   return set;
 }
 

@@ -105,6 +105,38 @@ void take_colour(PcaResult colour, MorphableModelParts* parts, BuildModelResult*
   parts->colour = std::move(colour.model);
 }
 
+// Rows whose colour was seen anywhere.
+std::vector<int> coloured(const std::vector<int>& rows, const SampleMatrix& weights) {
+  std::vector<int> list;
+  std::copy_if(rows.begin(), rows.end(), std::back_inserter(list),
+               [&](int row) { return weights.size() == 0 || weights.row(row).maxCoeff() > 0; });
+  return list;
+}
+
+void add_colour(const RegisteredSet& scans, const MultiresTemplate& reference, const BuildModelOptions& options,
+                MorphableModelParts* parts, BuildModelResult* result) {
+  if (scans.colours.size() == 0) return;
+  const SampleMatrix& weights = scans.colour_weights.size() > 0 ? scans.colour_weights : scans.visibility;
+  result->colour_scans = coloured(result->scans, weights);
+  if (result->colour_scans.empty()) return;
+  SampleMatrix colours = rows_of(scans.colours, result->colour_scans);
+  const SampleMatrix seen = rows_of(weights, result->colour_scans);
+  if (options.gain_balance != GainBalance::none) {
+    GainBalanceResult balanced =
+        balance_gains(std::move(colours), seen, {.balance = options.gain_balance, .threads = options.threads});
+    colours = std::move(balanced.colours);
+    result->summary.gains = std::move(balanced.gains);
+  }
+  if (seen.size() > 0) {
+    FillUnseenOptions fill = options.fill;
+    fill.threads = options.threads;
+    FillUnseenResult filled = fill_unseen(std::move(colours), seen, reference.V, reference.levels.back().F, fill);
+    result->summary.fill = filled.summary;
+    colours = std::move(filled.values);
+  }
+  take_colour(fit_pca(colours, pca_options(options, options.colour_variance_share)), parts, result);
+}
+
 }  // namespace
 
 BuildModelResult build_model(const RegisteredSet& scans, const MultiresTemplate& reference,
@@ -113,6 +145,9 @@ BuildModelResult build_model(const RegisteredSet& scans, const MultiresTemplate&
   expect(scans.colours.size() == 0 ||
              (scans.colours.rows() == scans.shapes.rows() && scans.colours.cols() == scans.shapes.cols()),
          "colours and shapes differ in size");
+  expect(scans.colour_weights.size() == 0 ||
+             (scans.colour_weights.rows() == scans.scan_count() && scans.colour_weights.cols() == scans.vertex_count()),
+         "colour weights and shapes differ in size");
   const auto tell = [&](int done, const char* item) {
     if (progress) progress({"model", done, 3, item});
   };
@@ -137,26 +172,7 @@ BuildModelResult build_model(const RegisteredSet& scans, const MultiresTemplate&
   take_shape(fit_pca(aligned.shapes, pca_options(options, options.variance_share)), &parts, &result);
   tell(2, "shape");
 
-  if (scans.colours.size() > 0) {
-    const PcaOptions pca = pca_options(options, options.colour_variance_share);
-    SampleMatrix colours = rows_of(scans.colours, result.scans);
-    const SampleMatrix visibility = rows_of(scans.visibility, result.scans);
-    if (options.gain_balance != GainBalance::none) {
-      GainBalanceResult balanced =
-          balance_gains(std::move(colours), visibility, {.balance = options.gain_balance, .threads = options.threads});
-      colours = std::move(balanced.colours);
-      result.summary.gains = std::move(balanced.gains);
-    }
-    if (visibility.size() > 0) {
-      FillUnseenOptions fill = options.fill;
-      fill.threads = options.threads;
-      FillUnseenResult filled =
-          fill_unseen(std::move(colours), visibility, reference.V, reference.levels.back().F, fill);
-      result.summary.fill = filled.summary;
-      colours = std::move(filled.values);
-    }
-    take_colour(fit_pca(colours, pca), &parts, &result);
-  }
+  add_colour(scans, reference, options, &parts, &result);
   tell(3, "colour");
   parts.provenance = options.provenance;
   result.model = MorphableModel(std::move(parts));

@@ -40,24 +40,26 @@ struct BuildModelSummary {
   ProcrustesSummary procrustes;
   PcaSummary shape, colour;
   FillUnseenSummary fill;
-  Eigen::MatrixXd gains;                            ///< (S' x 3) colours were divided by; empty without balance
+  Eigen::MatrixXd gains;                            ///< (S'' x 3) colours were divided by; empty without balance
   std::vector<double> shape_shares, colour_shares;  ///< cumulative share of the total variance after 1, 2, ... modes
 };
 
 struct BuildModelResult {
   MorphableModel model;
-  std::vector<int> scans;  ///< (S') rows of the set that the model is made of: all, but for pruning
-  Eigen::MatrixXd shape_scores, colour_scores;  ///< (S' x K) coefficients of these scans, in standard deviations
-  std::vector<Similarity> mean_from_scans;      ///< (S') the alignment of each, with its scale
+  std::vector<int> scans;                   ///< (S') rows of the set that the model is made of: all, but for pruning
+  std::vector<int> colour_scans;            ///< (S'') those of them with colours
+  Eigen::MatrixXd shape_scores;             ///< (S' x K) coefficients of these scans, in standard deviations
+  Eigen::MatrixXd colour_scores;            ///< (S'' x K') the same of colours
+  std::vector<Similarity> mean_from_scans;  ///< (S') the alignment of each, with its scale
   BuildModelSummary summary;
 };
 
 /// From scans in correspondence to a model: rigid Procrustes weighted by area and by what was seen, PCA of shape, PCA
-/// of colour after filling what was not seen; with pruning, scans that lie too far out are found by a first PCA of
-/// shape and the rest aligned anew. The levels are those of the template from `first_level` on, and so are landmarks,
-/// symmetry and parents. Texture coordinates are made from the mean: see isomap_texture (libmodel/uv) and
-/// MorphableModel::with_uv. One scan gives a model without modes. Throws InvalidInput for an empty set or one that does
-/// not fit the template.
+/// of colour, of the scans that have any, after filling what was not seen; with pruning, scans that lie too far out are
+/// found by a first PCA of shape and the rest aligned anew. The levels are those of the template from `first_level` on,
+/// and so are landmarks, symmetry and parents. Texture coordinates are made from the mean: see isomap_texture
+/// (libmodel/uv) and MorphableModel::with_uv. One scan gives a model without modes. Throws InvalidInput for an empty
+/// set or one that does not fit the template.
 BuildModelResult build_model(const RegisteredSet& scans, const MultiresTemplate& reference,
                              const BuildModelOptions& options = {}, const Progress& progress = {});
 

@@ -18,7 +18,9 @@ struct RegisteredSet {
   std::vector<std::string> ids;  ///< (S)
   SampleMatrix shapes;           ///< (S x 3N) millimetres, each scan in its own frame
   SampleMatrix colours;          ///< (S x 3N) linear RGB, or (0 x 0)
-  SampleMatrix visibility;       ///< (S x N) 0..1: how far the shape and colour of a vertex were observed; or (0 x 0)
+  SampleMatrix visibility;       ///< (S x N) 0..1: how far the shape of a vertex was observed; or (0 x 0)
+  SampleMatrix colour_weights;   ///< (S x N) 0..1: how far its colour can be trusted; a scan without colours has zeros;
+                                 ///< (0 x 0): `visibility`
 
   Eigen::Index scan_count() const { return shapes.rows(); }
   Eigen::Index vertex_count() const { return shapes.cols() / 3; }

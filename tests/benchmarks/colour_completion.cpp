@@ -38,9 +38,9 @@ ColouredFaces read_build(const fs::path& build) {
       set.visibility = SampleMatrix::Zero(set.colours.rows(), mesh.V.rows());
     }
     set.colours.row(s) = Eigen::Map<const Eigen::RowVectorXd>(mesh.colours.data(), mesh.colours.size());
-    const std::string letters = read_file(build / "scans" / (files[i].stem().string() + ".origins"));
+    const std::string digits = read_file(build / "scans" / (files[i].stem().string() + ".colour"));
     for (Eigen::Index v = 0; v < mesh.V.rows(); ++v)
-      set.visibility(s, v) = letters[static_cast<size_t>(v)] == 'm' ? 1 : 0;
+      set.visibility(s, v) = digits[static_cast<size_t>(v)] >= '5' ? 1 : 0;
   }
   return set;
 }

@@ -170,6 +170,25 @@ TEST(BuildModel, PruningLeavesOutTheFailedRegistrationAndAlignsAnew) {
   EXPECT_TRUE(whole.summary.pruned.kept.empty());
 }
 
+TEST(BuildModel, ScansWithoutColoursAreInTheShapeModelOnly) {
+  const MultiresTemplate t = grid_template(9);
+  Random random(19);
+  RegisteredSet set = random_set(random, t, 12, 3);
+  set.colour_weights = SampleMatrix::Ones(12, t.V.rows());
+  for (const int s : {2, 7}) set.colour_weights.row(s).setZero(), set.colours.row(s).setZero();
+  const BuildModelResult built = build_model(set, t);
+  EXPECT_EQ(built.scans.size(), 12U);
+  EXPECT_EQ(built.colour_scans, (std::vector<int>{0, 1, 3, 4, 5, 6, 8, 9, 10, 11}));
+  RegisteredSet coloured;
+  coloured.shapes = set.shapes(built.colour_scans, Eigen::all);
+  coloured.colours = set.colours(built.colour_scans, Eigen::all);
+  EXPECT_EQ(built.model.colour().mean, build_model(coloured, t).model.colour().mean);
+  set.colour_weights.setZero();
+  EXPECT_FALSE(build_model(set, t).model.has_colour());
+  set.colour_weights.resize(12, 3);
+  EXPECT_THROW(build_model(set, t), InvalidInput);
+}
+
 TEST(BuildModel, SimilarityAlignmentReportsScalesAndTakesSizeOutOfTheModel) {
   const MultiresTemplate t = grid_template(9);
   RegisteredSet set;
