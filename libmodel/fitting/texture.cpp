@@ -115,6 +115,13 @@ struct TexturedTriangle {
   float pixel_mm = 1;           ///< a pixel of the image, seen from the front
 };
 
+/// Whether no texel of a triangle can be seen, by the normals at its corners; in perspective that is left open.
+bool faces_away(const PosedFace& face, const std::array<int, 3>& v) {
+  if (face.focal > 0) return false;
+  const Eigen::Vector3d view = face.view.cast<double>();
+  return std::all_of(v.begin(), v.end(), [&](int i) { return face.normals.row(i).dot(view) <= 0; });
+}
+
 TexturedTriangle prepare(const Mesh& mesh, const IsomapTexels& map, const PosedFace& face, int f) {
   TexturedTriangle t;
   const std::array<int, 3> v = {mesh.F(f, 0), mesh.F(f, 1), mesh.F(f, 2)};
@@ -133,7 +140,7 @@ TexturedTriangle prepare(const Mesh& mesh, const IsomapTexels& map, const PosedF
   const ScreenPlane x = b.plane(p(v[0], 0), p(v[1], 0), p(v[2], 0)), y = b.plane(p(v[0], 1), p(v[1], 1), p(v[2], 1));
   t.step = {static_cast<float>(x.dx), static_cast<float>(y.dx), static_cast<float>(x.dy), static_cast<float>(y.dy)};
   const float reach = std::max(std::hypot(t.step[0], t.step[1]), std::hypot(t.step[2], t.step[3]));
-  if (reach > 1.001F) {
+  if (reach > 1.001F && !faces_away(face, v)) {
     t.level = std::min(static_cast<int>(std::log2(reach)), 12);
     t.samples = 2;
   }
