@@ -182,7 +182,7 @@ class Extractor {
     }
     set_pixel_mm(mesh);
     const PixelBox box = pixel_box(face_.projected.pixels, image.width, image.height);
-    const int margin = 2 << levels;  // the neighbourhood of the smallest copy
+    const int margin = 3 << (levels - 1);  // the neighbourhood of a sample in the smallest copy
     LinearImage linear(image, levels, (box.left - margin) >> levels << levels, (box.top - margin) >> levels << levels,
                        box.right + margin, box.bottom + margin);
     for (TexturedTriangle& t : triangles_) t.level = std::min(t.level, linear.levels() - 1);
