@@ -2,13 +2,12 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/interop/eos_binary.h"
 #include "libmodel/interop/eos_model.h"
+#include "libmodel/interop/orthonormal_columns.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/model/surface_points.h"
 
 namespace facewright {
 namespace {
-
-constexpr float kDefect = 1e-3f;  // float32 leaves 1e-5, a cut basis more than 0.1
 
 Faces read_triangles(ByteReader& in) {
   const auto count = in.value<std::uint64_t>();
@@ -16,14 +15,6 @@ Faces read_triangles(ByteReader& in) {
   Faces F(static_cast<Eigen::Index>(count), 3);
   in.array(F.data(), static_cast<size_t>(F.size()));
   return F;
-}
-
-// B'(B r) = r for one r without zeros: the columns are orthonormal, to rounding.
-bool is_orthonormal(const Eigen::MatrixXf& B) {
-  Eigen::VectorXf r = Eigen::VectorXf::LinSpaced(B.cols(), 0.5f, 1.5f);
-  for (Eigen::Index k = 1; k < B.cols(); k += 2) r[k] = -r[k];
-  const Eigen::VectorXf y = B * r;
-  return B.cols() == 0 || (B.transpose() * y - r).cwiseAbs().maxCoeff() < kDefect;
 }
 
 std::string size_text(const Eigen::MatrixXf& m) { return std::to_string(m.rows()) + " x " + std::to_string(m.cols()); }
@@ -47,7 +38,8 @@ PcaModel read_pca(ByteReader& in, const std::string& part, Faces* F) {
               std::to_string(mean.size() / 3) + ", counted from 0");
   if (F != nullptr) *F = std::move(triangles);
   return {Eigen::Map<const Eigen::VectorXf>(mean.data(), mean.size()).cast<double>(), basis.cast<double>(),
-          Eigen::Map<const Eigen::VectorXf>(variances.data(), variances.size()).cast<double>(), is_orthonormal(basis)};
+          Eigen::Map<const Eigen::VectorXf>(variances.data(), variances.size()).cast<double>(),
+          has_orthonormal_columns(basis)};
 }
 
 LandmarkSet read_landmark_table(ByteReader& in) {

@@ -111,6 +111,7 @@ ForeignModel read_flame(const std::filesystem::path& path, int identity_modes) {
   model.format = "FLAME-style archive (.npz)";
   const Vertices mean = archive.real("v_template", 3);
   model.shape.mean = as_vector(mean);
+  if (mean.rows() == 0) archive.fail("v_template", "has no vertices");
   const NpyArray& dirs = archive.at("shapedirs");
   if (dirs.shape.size() != 3 || dirs.shape[1] != 3 || dirs.shape[0] != static_cast<std::uint64_t>(mean.rows()))
     archive.fail("shapedirs", "is not (" + std::to_string(mean.rows()) + ", 3, K) as v_template demands");
@@ -125,7 +126,9 @@ ForeignModel read_flame(const std::filesystem::path& path, int identity_modes) {
     identity = identity_modes;
     why = "as asked";
   } else if (archive.has("identity_count")) {
-    identity = archive.whole("identity_count", 1)(0, 0);
+    const auto count = archive.whole("identity_count", 1);
+    if (count.size() != 1) archive.fail("identity_count", "is not one number");
+    identity = count(0, 0);
     why = "as identity_count says";
   } else if (columns.cols() == kFlameAll) {
     identity = kFlameIdentity;
@@ -141,6 +144,9 @@ ForeignModel read_flame(const std::filesystem::path& path, int identity_modes) {
   take_expressions(model, columns, names, identity);
   model.F = zero_based(archive.whole("f", 3), static_cast<int>(mean.rows()), 0, model);
   if (archive.has("texcoords")) model.uv = archive.real("texcoords", 2);
+  if (model.uv.rows() != 0 && model.uv.rows() != mean.rows())
+    archive.fail("texcoords",
+                 "has " + std::to_string(model.uv.rows()) + " rows for " + std::to_string(mean.rows()) + " vertices");
   take_landmarks(archive, model);
   for (const char* name : {"posedirs", "J_regressor", "weights", "lbs_weights", "kintree_table"})
     if (archive.has(name)) model.notes.push_back(std::string("left out: ") + name + " (poses of the jaw and the neck)");

@@ -48,7 +48,7 @@ std::string GltfBuffer::file(Json gltf) {
   gltf["bufferViews"] = views_;
   gltf["buffers"] = Json::array({{{"byteLength", bytes_.size()}}});
   ByteWriter text, out;
-  text.text(gltf.dump());
+  text.text(gltf.dump(-1, ' ', false, Json::error_handler_t::replace));
   text.pad(4, ' ');
   const size_t total = 12 + 8 + text.size() + 8 + bytes_.size();
   if (total > std::numeric_limits<std::uint32_t>::max())

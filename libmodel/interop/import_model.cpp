@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/interop/eos_companions.h"
 #include "libmodel/interop/eos_model.h"
 #include "libmodel/interop/foreign_geometry.h"
 #include "libmodel/interop/foreign_model.h"
@@ -38,7 +39,7 @@ void validate(const ImportOptions& o) {
 
 bool asks_for_nothing(const ImportOptions& o) {
   return o.units == "auto" && o.winding == "auto" && o.axes == "auto" && o.values == "auto" && o.colours == "auto" &&
-         o.leading_vertices == 0;
+         o.leading_vertices == 0 && o.isomap.empty();
 }
 
 // "x y" per vertex, y down; stretched to the unit square if it is in pixels.
@@ -90,6 +91,16 @@ ForeignModel read_foreign(const std::string& format, const std::filesystem::path
   return m;
 }
 
+void take_blendshapes(const std::filesystem::path& path, ForeignModel* model) {
+  for (Blendshape& b : read_eos_blendshapes(path)) {
+    if (b.displacement.size() != model->shape.mean.size())
+      throw IoError(path.string(), "has a blendshape of " + std::to_string(b.displacement.size() / 3) +
+                                       " vertices; the model has " + std::to_string(model->shape.mean.size() / 3));
+    model->blendshapes.push_back(std::move(b));
+  }
+  model->notes.push_back("blendshapes: from " + path.filename().string());
+}
+
 // Formats of our own, and glTF, whose units are defined: nothing is left to settle.
 bool is_own(const std::string& format) { return format == "facewright" || format == "npz" || format == "glb"; }
 
@@ -113,8 +124,12 @@ ImportResult import_model(const std::filesystem::path& path, const ImportOptions
   validate(options);
   if (!std::filesystem::exists(path)) throw IoError(path.string(), "there is no such file or folder");
   const std::string format = options.format == "auto" ? sniff_model_format(path) : options.format;
+  if (!options.blendshapes.empty() && format != "eos")
+    throw InvalidInput("import: a file of blendshapes goes with eos models only; " + path.string() + " is a " + format +
+                       " model");
   if (is_own(format) && asks_for_nothing(options)) return taken_as_it_is(read_model(format, path), format);
   ForeignModel model = read_foreign(format, path, options);
+  if (!options.blendshapes.empty()) take_blendshapes(options.blendshapes, &model);
   if (!options.isomap.empty()) {
     model.uv = read_isomap_text(options.isomap, model.shape.mean.size() / 3);
     model.notes.push_back("texture coordinates: from " + options.isomap.filename().string() + ", v turned up");

@@ -4,6 +4,7 @@
 
 #include "libmodel/core/errors.h"
 #include "libmodel/interop/npy.h"
+#include "libmodel/interop/orthonormal_columns.h"
 #include "libmodel/interop/zip_archive.h"
 #include "libmodel/model/surface_points.h"
 
@@ -33,6 +34,7 @@ PcaModel read_pca(const NpzArchive& archive, const std::string& name) {
   result.mean = as_vector(Vertices(archive.real(name + "_mean", 3)));
   result.basis = archive.real(name + "_basis");
   result.variances = archive.real(name + "_variances", 1);
+  result.orthonormal = has_orthonormal_columns(result.basis);
   return result;
 }
 

@@ -35,10 +35,9 @@ class Settlement {
     check_front();
     choose_values();
     MorphableModelParts p;
-    p.shape = settled_modes(std::move(m_.shape), "shape", options_.keep_columns, decisions_);
+    p.shape = settled(std::move(m_.shape), "shape");
     if (!m_.colour.empty()) p.colour = settled_colours();
-    if (m_.expression)
-      p.expression = settled_modes(std::move(*m_.expression), "expression", options_.keep_columns, decisions_);
+    if (m_.expression) p.expression = settled(std::move(*m_.expression), "expression");
     p.blendshapes = std::move(m_.blendshapes);
     if (!p.blendshapes.empty()) note("blendshapes: " + std::to_string(p.blendshapes.size()) + ", kept by name");
     p.uv = std::move(m_.uv);
@@ -168,6 +167,14 @@ class Settlement {
          ", not +z; say with --axes which axes of the file are left, up and out of the " + "face, such as \"x z -y\"");
   }
 
+  PcaModel settled(ForeignModes modes, const std::string& what) {
+    const Eigen::VectorXd& values = modes.values;
+    if (modes.scale != ModeScale::columns && modes.columns.cols() > 0 &&
+        (values.size() != modes.columns.cols() || !(values.minCoeff() >= 0)))
+      fail("has negative or missing variances of " + what);
+    return settled_modes(std::move(modes), what, options_.keep_columns, decisions_);
+  }
+
   // Whether the numbers beside the basis are variances or standard deviations: as asked, else as the format has them if
   // people then differ as people do.
   void choose_values() {
@@ -230,7 +237,7 @@ class Settlement {
         c.values *= c.scale == ModeScale::sigmas ? f : f * f;
     }
     const bool srgb = options_.colours == "auto" ? m_.colour_space == ColourSpace::srgb : options_.colours == "srgb";
-    PcaModel pca = settled_modes(std::move(c), "colour", options_.keep_columns, decisions_);
+    PcaModel pca = settled(std::move(c), "colour");
     if (srgb) return linearised_colours(pca, decisions_);
     note("colours: taken as linear RGB" + std::string(options_.colours == "auto" ? "" : " as asked"));
     return pca;

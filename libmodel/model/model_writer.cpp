@@ -147,7 +147,9 @@ void write_blendshapes(Hdf5Writer& h5, const std::string& at, const MorphableMod
 // What statismo has no place for.
 void write_extension(Hdf5Writer& h5, const std::string& at, const MorphableModel& model, LevelBasis basis) {
   h5.string(at + "/format", "facewright-model 3");
-  h5.string(at + "/basis", basis == LevelBasis::own || model.shape().orthonormal ? "orthonormal" : "row-truncated");
+  const bool orthonormal = model.shape().orthonormal && (!model.has_colour() || model.colour().orthonormal) &&
+                           (!model.expression() || model.expression()->orthonormal);
+  h5.string(at + "/basis", basis == LevelBasis::own || orthonormal ? "orthonormal" : "row-truncated");
   h5.string(at + "/length_unit", kLengthUnit);
   h5.string(at + "/axes", kAxes);
   h5.string(at + "/winding", kWinding);

@@ -70,8 +70,11 @@ TEST_F(HostileImports, MangledFilesAreReadOrRefusedButNothingElse) {
 TEST_F(HostileImports, OneFormatsFileReadAsAnotherIsRefused) {
   for (const auto& [format, bytes] : good())
     for (const std::string& as : import_format_names()) {
-      if (as == "ict") continue;
-      survives(bytes, as);
+      // Basel's and LSFM's variables may lie in any .mat; a FLAME archive is an .npz and has other arrays.
+      const bool own = as == format || (format.starts_with("v") && (as == "bfm2009" || as == "statismo"));
+      if (own || as == "ict") continue;
+      write_file(folder / "other.bin", bytes);
+      EXPECT_THROW(import_model(folder / "other.bin", {.format = as}), IoError) << format << " as " << as;
     }
 }
 

@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/interop/eos_companions.h"
 #include "libmodel/interop/export_model.h"
+#include "libmodel/io/atomic_file.h"
 #include "libmodel/io/image_files.h"
 #include "libmodel/model/model_file.h"
 #include "libmodel/render/sampling.h"
@@ -81,6 +83,22 @@ TEST_F(ImportModel, EosComesBackChecked) {
   EXPECT_LT(difference(result.model), 2e-4);
   EXPECT_LT((result.model.colour().mean - parts.colour.mean).cwiseAbs().maxCoeff(), 1e-6);
   EXPECT_THAT(result.decisions, Contains(HasSubstr("mm as the format defines")));
+}
+
+TEST_F(ImportModel, BlendshapesBesideAnEosModelComeAlong) {
+  const std::vector<Blendshape> shapes = parts.blendshapes;
+  parts.blendshapes.clear();
+  export_model(folder / "face.bin", MorphableModel(parts), 0, ExportFormat::eos);
+  write_file(folder / "shapes.bin", eos_blendshapes_bytes(shapes));
+  const ImportResult result = import_model(folder / "face.bin", {.blendshapes = folder / "shapes.bin"});
+  ASSERT_EQ(result.model.blendshapes().size(), shapes.size());
+  EXPECT_EQ(result.model.blendshapes()[1].name, shapes[1].name);
+  EXPECT_LT((result.model.blendshapes()[1].displacement - shapes[1].displacement).cwiseAbs().maxCoeff(), 1e-4);
+  write_file(folder / "other.bin", eos_blendshapes_bytes({{"short", Eigen::VectorXd::Zero(9)}}));
+  EXPECT_THAT([&] { import_model(folder / "face.bin", {.blendshapes = folder / "other.bin"}); },
+              ThrowsMessage<IoError>(HasSubstr("other.bin")));
+  export_model(folder / "model.npz", model, 0, export_format("npz"));
+  EXPECT_THROW(import_model(folder / "model.npz", {.blendshapes = folder / "shapes.bin"}), InvalidInput);
 }
 
 TEST_F(ImportModel, MatlabFilesOfEveryVersionAreTheSameModel) {
