@@ -158,6 +158,8 @@ MultiFitResult fit_landmarks_multi(const MorphableModel& model, const std::vecto
       usable.push_back(fits[i].get());
     } catch (const InvalidInput& e) {
       result.summary.failed[i] = e.what();
+    } catch (const SolverError& e) {
+      result.summary.failed[i] = e.what();
     }
   if (usable.empty())
     throw InvalidInput(images.empty() ? "fit: expected at least one image"

@@ -39,7 +39,10 @@ class PerspectiveFit {
       throw InvalidInput("perspective fit: expected at least 4 landmarks that the model has, got " +
                          std::to_string(seen_.size()) + " of " + std::to_string(landmarks.size()) +
                          "; check the landmark names against the model's");
-    const PcaModel* expression = model.expression() ? &*model.expression() : nullptr;
+    if (options.fit.expression.mode == ExpressionMode::blendshapes)
+      throw InvalidInput("perspective fit: blendshapes are not fitted with a perspective camera; choose modes or none");
+    const bool none = options.fit.expression.mode == ExpressionMode::none || !model.expression();
+    const PcaModel* expression = none ? nullptr : &*model.expression();
     local_ = landmark_shape_model(seen_, model.shape(), options.fit.modes, expression);
     expression_modes_ = expression ? expression->mode_count() : 0;
     pixels_.resize(static_cast<Eigen::Index>(seen_.size()), 2);

@@ -35,6 +35,7 @@ ShapeResult without_prior(const WhitenedRows& all, Eigen::Index P, Eigen::Index 
     const Eigen::MatrixXd Q = qr.householderQ() * Eigen::MatrixXd::Identity(all.count, qr.rank());
     J -= Q * (Q.transpose() * J);
   }
+  if (M == 0) return {Eigen::VectorXd(0), Eigen::MatrixXd(0, 0), {static_cast<int>(all.count), true}};
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver(J.leftCols(M));
   ShapeResult result{solver.solve(J.col(M)), {}, {static_cast<int>(all.count), solver.rank() == M}};
   if (!with_covariance) return result;

@@ -51,8 +51,18 @@ void save(const FitImagesOptions& options, const FittedImage& image, const FitMo
   write_file(path(".json"), fit_json(image, result));
 }
 
+// What an earlier run made of an image of this name.
+void remove_stale(const FitImagesOptions& options, const std::string& stem) {
+  for (const char* ending : {"_isomap.png", "_texture.png", "_sources.png", "_frontal.png", "_overlay.png", ".obj",
+                             ".mtl", ".glb", ".json"}) {
+    std::error_code ignored;
+    fs::remove(options.output / (stem + ending), ignored);
+  }
+}
+
 void fit_one(const FitImagesOptions& options, const MorphableModel& model, const LandmarkMapper& mapper, size_t i,
              FittedImage* outcome) {
+  remove_stale(options, options.images[i].stem().string());
   outcome->landmarks = landmark_file(options, i);
   const Image image = read_image(options.images[i]);
   const ImageLandmarks landmarks =
@@ -70,6 +80,16 @@ void check(const FitImagesOptions& options, const MorphableModel& model) {
   if (!options.landmarks.empty() && options.landmarks.size() != options.images.size())
     throw InvalidInput("landmarks: expected one file per image (" + std::to_string(options.images.size()) + "), got " +
                        std::to_string(options.landmarks.size()));
+  for (size_t i = 0; i < options.images.size(); ++i) {
+    std::vector<fs::path> sources = {options.images[i]};
+    if (i < options.landmarks.size()) sources.push_back(options.landmarks[i]);
+    for (const fs::path& source : sources) {
+      std::error_code missing;
+      if (fs::equivalent(source.has_parent_path() ? source.parent_path() : ".", options.output, missing))
+        throw InvalidInput("output: " + options.output.string() + " is where " + source.filename().string() +
+                           " lies, and results would overwrite landmarks; name another folder with -o");
+    }
+  }
   if (options.fit.level >= model.level_count())
     throw InvalidInput(options.model.string() + ": level: expected -1.." + std::to_string(model.level_count() - 1) +
                        ", got " + std::to_string(options.fit.level));

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <set>
 
 #include "libmodel/io/csv.h"
 
@@ -72,7 +73,7 @@ std::string fit_json(const FittedImage& image, const FitModelResult& result) {
       {"seen", completion.seen},
       {"mirrored", completion.mirrored},
       {"modelled", completion.modelled}};
-  return json.dump(1) + "\n";
+  return json.dump(1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 
 std::string fits_csv(const std::vector<FittedImage>& fits) {
@@ -87,6 +88,10 @@ std::string fits_csv(const std::vector<FittedImage>& fits) {
   const size_t fixed = header.size();
   for (Eigen::Index k = 1; k <= shape; ++k) header.push_back("shape_" + std::to_string(k));
   for (Eigen::Index k = 1; k <= expression; ++k) header.push_back("expression_" + std::to_string(k));
+  std::set<std::string> blendshapes;
+  for (const FittedImage& f : fits)
+    for (const auto& [name, weight] : f.fit.blendshape_weights) blendshapes.insert(name);
+  for (const std::string& name : blendshapes) header.push_back("blendshape " + name);
   std::string csv = csv_line(header);
   for (const FittedImage& f : fits) {
     const FitSummary& s = f.fit.summary;
@@ -100,6 +105,11 @@ std::string fits_csv(const std::vector<FittedImage>& fits) {
       for (const double c : f.fit.shape_coefficients) line.push_back(text(c));
       line.resize(fixed + static_cast<size_t>(shape));
       for (const double c : f.fit.expression_coefficients) line.push_back(text(c));
+      line.resize(fixed + static_cast<size_t>(shape + expression));
+      for (const std::string& name : blendshapes) {
+        const auto weight = f.fit.blendshape_weights.find(name);
+        line.push_back(weight == f.fit.blendshape_weights.end() ? "" : text(weight->second));
+      }
     }
     line.resize(header.size());
     csv += csv_line(line);

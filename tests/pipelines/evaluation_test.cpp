@@ -166,9 +166,9 @@ TEST_F(EvaluateModel, ReadsABuildWithItsLevelsAndWhatWasSeen) {
     Mesh mesh{set.vertices(i), reference.levels.back().F, Colours::Constant(36, 3, 0.1 + 0.1 * i), {}, {}};
     if (i == 0) mesh.colours.row(7) << 1, 0, 0;  // not seen there: must not count
     write_ply(path("m/registered/" + id + ".ply"), mesh);
-    std::string letters(36, 'm');
-    if (i == 0) letters[7] = 'i';
-    write_file(path("m/scans/" + id + ".origins"), letters);
+    std::string weights(36, '9');
+    if (i == 0) weights[7] = '0';
+    write_file(path("m/scans/" + id + ".colour"), weights);
   }
   ASSERT_EQ(run(path("m") + " --samples 10 -q -o " + path("fine")).exit_code, 0);
   const json set_json = evaluation("fine")["sets"][0];
@@ -177,8 +177,8 @@ TEST_F(EvaluateModel, ReadsABuildWithItsLevelsAndWhatWasSeen) {
   const CommandResult r = run(path("m") + " --level 7 -o " + path("e"));
   EXPECT_EQ(r.exit_code, 1);
   EXPECT_THAT(r.output, HasSubstr("36"));
-  write_file(path("m/scans/p3.origins"), "mm");
-  EXPECT_THAT(run(path("m") + " -o " + path("e")).output, HasSubstr("p3.origins"));
+  write_file(path("m/scans/p3.colour"), "99");
+  EXPECT_THAT(run(path("m") + " -o " + path("e")).output, HasSubstr("p3.colour"));
 }
 
 TEST_F(EvaluateModel, SaysWhySetsAreNotComparable) {

@@ -91,7 +91,8 @@ TEST_F(FitImagesTest, WritesALineAndTheFilesOfEveryImage) {
   take_picture("frame_02", 2);
   const FitImagesSummary summary = fit_images(options());
   EXPECT_EQ(summary.fitted, 2);
-  for (const char* ending : {".obj", ".mtl", ".glb", ".json", "_isomap.png", "_texture.png", "_sources.png", "_frontal.png", "_overlay.png"})
+  for (const char* ending :
+       {".obj", ".mtl", ".glb", ".json", "_isomap.png", "_texture.png", "_sources.png", "_frontal.png", "_overlay.png"})
     EXPECT_TRUE(fs::exists(folder_ / "out" / ("frame_02" + std::string(ending)))) << ending;
   const auto json = nlohmann::json::parse(file("out/frame_01.json"));
   EXPECT_EQ(json["shape_coefficients"].size(), static_cast<size_t>(model_.shape().mode_count()));
@@ -119,6 +120,27 @@ TEST_F(FitImagesTest, AFailureIsListedAndTheOthersAreAsWithoutIt) {
   EXPECT_THAT(file("out/fits.csv"), HasSubstr("frame_02.png,frame_02.json,no,"));
   EXPECT_EQ(file("out/frame_01.json"), alone);
   EXPECT_EQ(file("out/frame_01.glb"), glb);
+}
+
+TEST_F(FitImagesTest, TheFolderOfTheImagesIsNoPlaceForResults) {
+  take_picture("frame_01", 1);
+  FitImagesOptions o = options();
+  const std::string before = file("frame_01.json");
+  o.output = folder_ / ".";
+  EXPECT_THROW(fit_images(o), InvalidInput);
+  EXPECT_EQ(file("frame_01.json"), before);
+}
+
+TEST_F(FitImagesTest, NothingOfAnEarlierRunIsLeftBesideAFailure) {
+  take_picture("frame_01", 1);
+  take_picture("frame_02", 2);
+  const FitImagesOptions o = options();
+  ASSERT_EQ(fit_images(o).failed, 0);
+  ASSERT_TRUE(fs::exists(o.output / "frame_01.obj"));
+  write_file(folder_ / "frame_01.json", "{}");
+  EXPECT_EQ(fit_images(o).failed, 1);
+  for (const char* ending : {".obj", ".glb", ".json", "_overlay.png"})
+    EXPECT_FALSE(fs::exists(o.output / (std::string("frame_01") + ending))) << ending;
 }
 
 TEST_F(FitImagesTest, BytesDoNotDependOnThreads) {
