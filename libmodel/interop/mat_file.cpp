@@ -7,6 +7,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <fstream>
 #include <limits>
 
 #include "libmodel/core/errors.h"
@@ -15,6 +17,25 @@ namespace facewright {
 namespace {
 
 constexpr std::uint64_t kBestRatio = 1032;  // of deflate: nothing in a file unpacks to more
+
+// A level 5 file is a header of 128 bytes and elements, each with its length: the last must end with the file, since
+// matio takes what is cut off for whatever lies in memory. Other files are for matio to judge.
+void check_elements(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  char head[128] = {};
+  if (!in.read(head, sizeof head) || std::strncmp(head, "MATLAB 5.0", 10) != 0) return;
+  if (head[126] != 'I' || head[127] != 'M') return;  // of the other byte order: none has been seen since 2000
+  const std::uint64_t size = std::filesystem::file_size(path);
+  std::uint64_t at = sizeof head;
+  while (at < size) {
+    std::uint32_t tag[2] = {};  // type, bytes
+    in.seekg(static_cast<std::streamoff>(at));
+    if (!in.read(reinterpret_cast<char*>(tag), sizeof tag)) break;
+    at += sizeof tag + tag[1];
+  }
+  if (at != size)
+    throw IoError(path.string(), "is cut short, or damaged: its last variable does not end with the file");
+}
 
 // HDF5 prints its errors unless told otherwise; ours say what is needed.
 class QuietHdf5 {
@@ -98,6 +119,7 @@ MatFile::MatFile(const std::filesystem::path& path) : impl_(std::make_unique<Imp
   const auto size = std::filesystem::file_size(path, error);
   if (error) throw IoError(impl_->path, "cannot be read: " + error.message());
   impl_->most_bytes = kBestRatio * (size + 1);
+  check_elements(path);
   impl_->file.reset(Mat_Open(impl_->path.c_str(), MAT_ACC_RDONLY));
   if (!impl_->file) throw IoError(impl_->path, "is no MATLAB file, or is cut short");
   size_t count = 0;
