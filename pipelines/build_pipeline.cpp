@@ -146,8 +146,7 @@ void write_build_json(const BuildPipelineOptions& options, const std::vector<Sca
                  {"kept", s.levels.kept}};
   j["options"]["variance_share"] = options.variance_share;
   j["options"]["scaling"] = options.scaling == Scaling::free ? "similarity" : "rigid";
-  constexpr const char* kBalances[] = {"none", "exposure", "channels"};  // in the order of GainBalance
-  j["options"]["gain_balance"] = kBalances[static_cast<int>(options.gain_balance)];
+  j["options"]["gain_balance"] = to_string(options.gain_balance);
   j["options"]["prune_quantile"] = options.prune_quantile;
   j["options"]["exclude"] = options.exclude;
   j["seed"] = options.seed;

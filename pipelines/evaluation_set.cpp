@@ -80,11 +80,11 @@ std::vector<int> landmark_vertices(const fs::path& file, Eigen::Index vertices) 
 }
 
 // How far the colour of each vertex of each scan can be trusted; empty where the build did not say.
-SampleMatrix read_weights(const EvaluationSet& set, const OutputTree& tree, Eigen::Index finest,
+SampleMatrix read_weights(const std::vector<std::string>& ids, const OutputTree& tree, Eigen::Index finest,
                           Eigen::Index vertices) {
-  SampleMatrix weights(static_cast<Eigen::Index>(set.ids.size()), vertices);
-  for (size_t s = 0; s < set.ids.size(); ++s) {
-    const fs::path file = tree.colour_weights(set.ids[s]);
+  SampleMatrix weights(static_cast<Eigen::Index>(ids.size()), vertices);
+  for (size_t s = 0; s < ids.size(); ++s) {
+    const fs::path file = tree.colour_weights(ids[s]);
     if (!fs::exists(file)) return {};
     weights.row(static_cast<Eigen::Index>(s)) = read_colour_weights(file, finest).head(vertices).transpose();
   }
@@ -152,12 +152,15 @@ EvaluationSet read_evaluation_set(const EvaluationSetOptions& options) {
     for (const auto& [name, mark] : model->landmarks()) shapes.landmarks.push_back(mark.vertex);
   if (!options.truth.empty()) read_truth(options, finest, set);
 
-  const bool coloured = std::all_of(meshes.begin(), meshes.end(), [](const Mesh& m) { return m.has_colours(); });
-  if (options.colours && coloured) {
+  std::vector<Mesh> coloured;
+  std::vector<std::string> coloured_ids;
+  for (size_t i = 0; i < meshes.size(); ++i)
+    if (meshes[i].has_colours()) coloured.push_back(std::move(meshes[i])), coloured_ids.push_back(set.ids[i]);
+  if (options.colours && !coloured.empty()) {
     MetricsInput& colours = set.colours;
-    colours.samples = stacked(meshes, &Mesh::colours, N);
+    colours.samples = stacked(coloured, &Mesh::colours, N);
     colours.distance_weights = shapes.distance_weights;
-    if (build) colours.visibility = read_weights(set, tree, finest, N);
+    if (build) colours.visibility = read_weights(coloured_ids, tree, finest, N);
     if (colours.visibility.size() > 0)
       colours.samples = fill_unseen(std::move(colours.samples), colours.visibility, shapes.reference, shapes.F,
                                     {.threads = options.threads})

@@ -72,6 +72,11 @@ class Balance {
 
 }  // namespace
 
+std::string to_string(GainBalance balance) {
+  constexpr const char* kNames[] = {"none", "exposure", "channels"};  // in the order of GainBalance
+  return kNames[static_cast<int>(balance)];
+}
+
 GainBalanceResult balance_gains(SampleMatrix colours, const SampleMatrix& visibility,
                                 const GainBalanceOptions& options) {
   if (visibility.size() > 0 && (visibility.rows() != colours.rows() || visibility.cols() * 3 != colours.cols()))

@@ -2,6 +2,8 @@
 // Facewright: multi-resolution 3D morphable face models.
 #pragma once
 
+#include <string>
+
 #include "libmodel/core/registered_set.h"
 
 namespace facewright {
@@ -13,6 +15,8 @@ enum class GainBalance {
   exposure,  ///< one gain per scan
   channels   ///< a gain per scan and channel: exposure and white balance
 };
+
+std::string to_string(GainBalance balance);
 
 struct GainBalanceOptions {
   GainBalance balance = GainBalance::none;

@@ -278,8 +278,7 @@ CompletedTexture complete_texture(const MorphableModel& model, int level, const 
     }
   summary.seen = sums[0], summary.mirrored = sums[1], summary.modelled = sums[2];
   const TextureLayer whole = filled(std::move(known));  // what is still empty, and the surroundings of the map
-  if (!whole.texels.empty() && whole.texels[0][3] == 0)
-    throw InvalidInput("texture: no texel was seen and the model has no colour: there is nothing to fill it with");
+  if (!whole.texels.empty() && whole.texels[0][3] == 0) return {{}, {}, summary};
   result.texture = encoded_rgb(whole);
   return result;
 }

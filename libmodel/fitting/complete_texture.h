@@ -41,8 +41,8 @@ TexelSource texel_source(const Image& sources, int x, int y);
 /// (model.mirror()), the colours adapted to the seen side by a smooth gain per channel; then from the colour model,
 /// fitted to the seen vertices by MAP with a gain per channel and outliers weighted down, adapted in the same way, so
 /// that no border shows. Without a colour model the rest is spread smoothly from what is there, and counts as modelled
-/// all the same: it was not seen. `texels` are those of the level's uv. Throws InvalidInput if sizes do not agree or
-/// nothing was seen at all and the model has no colour.
+/// all the same: it was not seen. `texels` are those of the level's uv. Where too little was seen to fill anything
+/// with and the model has no colour, both images are empty. Throws InvalidInput if sizes do not agree.
 CompletedTexture complete_texture(const MorphableModel& model, int level, const Image& isomap,
                                   const IsomapTexels& texels, const CompletionOptions& options = {});
 

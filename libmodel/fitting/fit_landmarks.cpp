@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <stdexcept>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/fitting/image_fit.h"
@@ -156,9 +157,7 @@ MultiFitResult fit_landmarks_multi(const MorphableModel& model, const std::vecto
   for (size_t i = 0; i < images.size(); ++i) try {
       fits[i] = std::make_unique<ImageFit>(context, images[i]);
       usable.push_back(fits[i].get());
-    } catch (const InvalidInput& e) {
-      result.summary.failed[i] = e.what();
-    } catch (const SolverError& e) {
+    } catch (const std::runtime_error& e) {  // InvalidInput or SolverError
       result.summary.failed[i] = e.what();
     }
   if (usable.empty())

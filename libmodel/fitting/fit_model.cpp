@@ -45,11 +45,7 @@ FitModelResult fit_model(const MorphableModel& model, const Image& image, const 
     texture.threads = options.threads;
     const IsomapTexels texels = isomap_texels(result.mesh, texture.size);
     result.texture = extract_texture(result.mesh, texels, image, result.fit.camera, texture);
-    if (result.texture.summary.visible_texels > 0 || model.has_colour()) try {
-        result.completed = complete_texture(model, options.level, result.texture.isomap, texels, options.completion);
-      } catch (const InvalidInput&) {
-        result.completed = {};  // a strip too narrow to fill anything with: pose and shape are worth keeping
-      }
+    result.completed = complete_texture(model, options.level, result.texture.isomap, texels, options.completion);
   }
   result.frontal = frontal_view(result.mesh, result.completed.texture, options.frontal_size, options.threads);
   const int coarse = model.vertex_count(0);  // a finer wireframe would hide the image

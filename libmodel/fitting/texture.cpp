@@ -64,9 +64,9 @@ class DepthMap {
     }
     if (!(low[0] <= high[0])) return;
     // Finer than the image it would tell nothing more.
-    const double pixels = std::clamp((high - low).maxCoeff(), 256.0, 1.0 * std::max(options.depth_resolution, 256));
-    scale_ = static_cast<float>((std::min<double>(pixels, options.depth_resolution) - 5) /
-                                std::max((high - low).maxCoeff(), 1e-9));
+    const double extent = (high - low).maxCoeff();
+    const double resolution = std::min<double>(std::max(extent, 256.0), options.depth_resolution);
+    scale_ = static_cast<float>((resolution - 5) / std::max(extent, 1e-9));
     shift_ = (Eigen::RowVector2d(2, 2) - double{scale_} * low).cast<float>().transpose();
     p.pixels = (double{scale_} * p.pixels).rowwise() + shift_.cast<double>().transpose();
     perspective_ = p.perspective();

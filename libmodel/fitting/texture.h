@@ -14,9 +14,8 @@ struct TextureOptions {
   double hidden_cosine = 0.17;  ///< cosine of the angle to the viewer (80 degrees) at which alpha reaches 0
   double full_cosine = 0.5;     ///< 60 degrees: from here on alpha is 1
   double depth_bias = 0.005;    ///< share of the face's depth by which a point may lie behind the visible surface
-  int depth_resolution =
-      768;          ///< pixels of the z-buffer along the face's longer side, at most; no finer than the image
-  int threads = 0;  ///< 0 = all; the bytes do not depend on it
+  int depth_resolution = 768;  ///< most pixels of the z-buffer along the face's longer side; never finer than the image
+  int threads = 0;             ///< 0 = all; the bytes do not depend on it
 };
 
 struct TextureSummary {

@@ -16,25 +16,27 @@
 namespace facewright {
 namespace {
 
-constexpr std::uint64_t kBestRatio = 1032;  // of deflate: nothing in a file unpacks to more
+constexpr std::uint32_t kMatrix = 14, kCompressed = 15;  // elements of a level 5 file
+constexpr std::uint64_t kBestRatio = 1032;               // of deflate: nothing in a file unpacks to more
 
-// A level 5 file is a header of 128 bytes and elements, each with its length: the last must end with the file, since
-// matio takes what is cut off for whatever lies in memory. Other files are for matio to judge.
+// A level 5 file is a header of 128 bytes and elements, matrices or compressed ones, each with its length: the last
+// must end with the file, since matio takes what is cut off for whatever lies in memory. Other files, other byte orders
+// and other elements are for matio to judge.
 void check_elements(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   char head[128] = {};
   if (!in.read(head, sizeof head) || std::strncmp(head, "MATLAB 5.0", 10) != 0) return;
-  if (head[126] != 'I' || head[127] != 'M') return;  // of the other byte order: none has been seen since 2000
+  if (head[126] != 'I' || head[127] != 'M') return;
   const std::uint64_t size = std::filesystem::file_size(path);
   std::uint64_t at = sizeof head;
   while (at < size) {
     std::uint32_t tag[2] = {};  // type, bytes
     in.seekg(static_cast<std::streamoff>(at));
     if (!in.read(reinterpret_cast<char*>(tag), sizeof tag)) break;
+    if (tag[0] != kMatrix && tag[0] != kCompressed) return;
     at += sizeof tag + tag[1];
   }
-  if (at != size)
-    throw IoError(path.string(), "is cut short, or damaged: its last variable does not end with the file");
+  if (at != size) throw IoError(path.string(), "is cut short or damaged: its last variable does not end with the file");
 }
 
 // HDF5 prints its errors unless told otherwise; ours say what is needed.

@@ -3,7 +3,6 @@
 #include "libmodel/model/basis_reader.h"
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include <emmintrin.h>
 #endif
 
+#include "libmodel/core/large_pages.h"
 #include "libmodel/core/parallel.h"
 #include "libmodel/core/random.h"
 
@@ -44,16 +44,6 @@ class File {
  private:
   int descriptor_;
 };
-
-// A fresh matrix costs more in page faults of 4 KB than in copying; a hint only, so its failure does not matter.
-void prefer_large_pages([[maybe_unused]] double* data, [[maybe_unused]] size_t bytes) {
-#ifdef MADV_HUGEPAGE
-  constexpr std::uintptr_t page = 4096;
-  const std::uintptr_t first = (reinterpret_cast<std::uintptr_t>(data) + page - 1) / page * page;
-  const std::uintptr_t last = (reinterpret_cast<std::uintptr_t>(data) + bytes) / page * page;
-  if (last > first) ::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
-#endif
-}
 
 // Any r without zeros will do; a fixed one makes the same answer every time.
 Eigen::VectorXf probe(Eigen::Index modes) {

@@ -80,16 +80,13 @@ void check(const FitImagesOptions& options, const MorphableModel& model) {
   if (!options.landmarks.empty() && options.landmarks.size() != options.images.size())
     throw InvalidInput("landmarks: expected one file per image (" + std::to_string(options.images.size()) + "), got " +
                        std::to_string(options.landmarks.size()));
-  for (size_t i = 0; i < options.images.size(); ++i) {
-    std::vector<fs::path> sources = {options.images[i]};
-    if (i < options.landmarks.size()) sources.push_back(options.landmarks[i]);
-    for (const fs::path& source : sources) {
+  for (const auto* sources : {&options.images, &options.landmarks})
+    for (const fs::path& source : *sources) {
       std::error_code missing;
       if (fs::equivalent(source.has_parent_path() ? source.parent_path() : ".", options.output, missing))
         throw InvalidInput("output: " + options.output.string() + " is where " + source.filename().string() +
                            " lies, and results would overwrite landmarks; name another folder with -o");
     }
-  }
   if (options.fit.level >= model.level_count())
     throw InvalidInput(options.model.string() + ": level: expected -1.." + std::to_string(model.level_count() - 1) +
                        ", got " + std::to_string(options.fit.level));

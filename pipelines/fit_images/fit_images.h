@@ -43,7 +43,7 @@ struct FitImagesSummary {
 
 /// Fits a model to images and writes for each, by its stem: STEM.obj with STEM.mtl, STEM.glb, STEM_isomap.png (what
 /// was seen, by its alpha), STEM_texture.png (completed) with STEM_sources.png (what of it was seen, mirrored or
-/// invented), STEM_frontal.png, STEM_overlay.png, STEM.json (pose, coefficients, residuals); and fits.csv, a line per
+/// modelled), STEM_frontal.png, STEM_overlay.png, STEM.json (pose, coefficients, residuals); and fits.csv, a line per
 /// image. An image that cannot be fitted ends in problematic/STEM.txt, the others go on. Throws InvalidInput if none
 /// can be fitted, IoError if the model cannot be read or the output not written.
 FitImagesSummary fit_images(const FitImagesOptions& options, const Progress& progress = {});

@@ -177,8 +177,16 @@ TEST_F(EvaluateModel, ReadsABuildWithItsLevelsAndWhatWasSeen) {
   const CommandResult r = run(path("m") + " --level 7 -o " + path("e"));
   EXPECT_EQ(r.exit_code, 1);
   EXPECT_THAT(r.output, HasSubstr("36"));
-  write_file(path("m/scans/p3.colour"), "99");
-  EXPECT_THAT(run(path("m") + " -o " + path("e")).output, HasSubstr("p3.colour"));
+  for (const int plain : {4, 3, 2}) {  // scans without colours do not hide those of the others
+    const std::string file = path("m/registered/p" + std::to_string(plain) + ".ply");
+    Mesh mesh = read_mesh(file);
+    mesh.colours.resize(0, 3);
+    write_ply(file, mesh);
+    ASSERT_EQ(run(path("m") + " --samples 10 -q -o " + path("mixed")).exit_code, 0) << plain;
+    EXPECT_TRUE(evaluation("mixed")["sets"][0]["generalisation"].contains("colour-vertices")) << plain;
+  }
+  write_file(path("m/scans/p0.colour"), "99");
+  EXPECT_THAT(run(path("m") + " -o " + path("e")).output, HasSubstr("p0.colour"));
 }
 
 TEST_F(EvaluateModel, SaysWhySetsAreNotComparable) {

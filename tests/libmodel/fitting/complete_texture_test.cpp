@@ -108,7 +108,15 @@ TEST(CompleteTexture, NoColourNoMirrorStillGivesAWholeTextureAndSaysSo) {
   EXPECT_EQ(c.summary.mirrored, 0);
   EXPECT_GT(c.summary.modelled, 0.3);
   EXPECT_GT(c.texture.pixel(220, 128)[0], 30);
-  EXPECT_THROW(complete_texture(model, -1, Image(kSize, kSize, 4, 0), texels), InvalidInput);
+}
+
+TEST(CompleteTexture, NothingSeenAndNoColourGivesNoTexture) {
+  const MorphableModel model = symmetric_model(false, false);
+  const IsomapTexels texels = isomap_texels(model.mean(), kSize);
+  const CompletedTexture c = complete_texture(model, -1, Image(kSize, kSize, 4, 0), texels);
+  EXPECT_TRUE(c.texture.empty());
+  EXPECT_TRUE(c.sources.empty());
+  EXPECT_EQ(c.summary.seen, 0);
 }
 
 TEST(CompleteTexture, SurroundingsContinueTheBorderSoThatFiltersFindNoSeam) {

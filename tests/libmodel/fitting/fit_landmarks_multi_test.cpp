@@ -96,6 +96,14 @@ TEST(FitLandmarksMulti, AnImageThatCannotBeUsedIsNamedAndLeftOut) {
   EXPECT_EQ(fit.shape_coefficients, good.shape_coefficients);
 }
 
+TEST(FitLandmarksMulti, AnImageWhoseLandmarksWeighNothingIsNamedAndLeftOut) {
+  Shoot shoot(5, {-0.3, 0.1, 0.4}, 0.5);
+  for (auto& [name, mark] : shoot.images[1]) mark.stddev = 1e200;
+  const MultiFitResult fit = fit_landmarks_multi(shoot.model, shoot.images);
+  EXPECT_EQ(fit.summary.used_images, 2);
+  EXPECT_EQ(fit.summary.failed.count(1), 1U);
+}
+
 TEST(FitLandmarksMulti, WithoutAnyUsableImageThrows) {
   const MorphableModel model = toy_model();
   EXPECT_THROW(fit_landmarks_multi(model, {}), InvalidInput);

@@ -82,6 +82,13 @@ TEST(FitShape, UnderdeterminedLeastSquaresStaysFinite) {
   EXPECT_LE(c.norm(), p.truth.norm() + 1e-6);  // the solution of least norm
 }
 
+TEST(FitShape, AModelWithoutModesHasNoCoefficients) {
+  const Planted p = planted(4);
+  const LandmarkShapeModel mean = landmark_shape_model(p.seen, p.model.shape().truncated(0), -1);
+  for (const double lambda : {0.0, 1.0})
+    EXPECT_EQ(fit_shape(mean, p.seen, p.camera, weights(p, 1), lambda).size(), 0) << lambda;
+}
+
 TEST(FitShape, RefusesANegativePrior) {
   const Planted p = planted(4);
   EXPECT_THROW(fit_shape(p.local, p.seen, p.camera, weights(p, 1), -1), InvalidInput);

@@ -224,6 +224,21 @@ TEST(FitLandmarksPerspective, TellsWhatItDoesNotKnow) {
   EXPECT_LE(fit.coefficient_spread.maxCoeff(), 1 + 1e-9);  // landmarks never take away from the prior
 }
 
+TEST(FitLandmarksPerspective, FitsExpressionsAsAsked) {
+  MorphableModelParts parts = toy_model(5).parts();
+  parts.expression = PcaModel{Eigen::VectorXd::Zero(parts.shape.mean.size()), parts.shape.basis.rightCols<2>(),
+                              parts.shape.variances.tail<2>()};
+  parts.shape = parts.shape.truncated(3);
+  const MorphableModel model(parts);
+  PerspectiveFitOptions options = exact(known(planted(0.2)));
+  const ImageLandmarks seen = landmarks(model, model.mean().V, planted(0.2));
+  EXPECT_EQ(fit_landmarks_perspective(model, seen, options).expression_coefficients.size(), 2);
+  options.fit.expression.mode = ExpressionMode::none;
+  EXPECT_EQ(fit_landmarks_perspective(model, seen, options).expression_coefficients.size(), 0);
+  options.fit.expression.mode = ExpressionMode::blendshapes;
+  EXPECT_THROW(fit_landmarks_perspective(model, seen, options), InvalidInput);
+}
+
 TEST(FitLandmarksPerspective, RefusesTooFewLandmarks) {
   const MorphableModel model = toy_model();
   PerspectiveFitOptions options;

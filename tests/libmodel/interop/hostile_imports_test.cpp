@@ -7,6 +7,8 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/interop/export_model.h"
 #include "libmodel/interop/import_model.h"
+#include "libmodel/interop/npy.h"
+#include "libmodel/interop/zip_archive.h"
 #include "tests/libmodel/interop/foreign_files.h"
 #include "tests/libmodel/interop/resealed_zip.h"
 #include "tests/support/temporary_directory.h"
@@ -70,12 +72,38 @@ TEST_F(HostileImports, MangledFilesAreReadOrRefusedButNothingElse) {
 TEST_F(HostileImports, OneFormatsFileReadAsAnotherIsRefused) {
   for (const auto& [format, bytes] : good())
     for (const std::string& as : import_format_names()) {
-      // Basel's and LSFM's variables may lie in any .mat; a FLAME archive is an .npz and has other arrays.
-      const bool own = as == format || (format.starts_with("v") && (as == "bfm2009" || as == "statismo"));
+      const bool own = as == format || (format.starts_with("v") && as == "bfm2009");
       if (own || as == "ict") continue;
       write_file(folder / "other.bin", bytes);
       EXPECT_THROW(import_model(folder / "other.bin", {.format = as}), IoError) << format << " as " << as;
     }
+}
+
+TEST_F(HostileImports, MatlabFilesMustEndWithTheirLastVariable) {
+  const auto files = good();
+  for (const char* format : {"v5", "v5z"})
+    for (const size_t missing : {1, 8, 100}) {
+      const std::string& bytes = files.at(format);
+      write_file(folder / "cut.mat", bytes.substr(0, bytes.size() - missing));
+      EXPECT_THAT([&] { import_model(folder / "cut.mat"); }, ThrowsMessage<IoError>(HasSubstr("does not end with")))
+          << format << " " << missing;
+    }
+}
+
+TEST_F(HostileImports, FlameArraysThatDoNotFitAreRefusedByName) {
+  export_model(folder / "good", MorphableModel(parts), 0, ExportFormat::flame);
+  const auto refused = [&](const std::string& array, const std::string& bytes, const std::string& what) {
+    ZipWriter zip;
+    for (const auto& [name, content] : read_zip(folder / "good"))
+      if (name != array) zip.add(name, content);
+    zip.add(array, bytes);
+    write_file(folder / "bad.npz", zip.finish());
+    EXPECT_THAT([&] { import_model(folder / "bad.npz", {.leading_vertices = 20}); },
+                ThrowsMessage<IoError>(HasSubstr(what)));
+  };
+  refused("identity_count.npy", npy_bytes("<i4", "0,", ""), "identity_count");
+  refused("texcoords.npy", npy_bytes(NpyMatrix<double>::Zero(10, 2).eval()), "texcoords");
+  refused("v_template.npy", npy_bytes("<f8", "0,3", ""), "no vertices");
 }
 
 TEST_F(HostileImports, NotANumberIsRefusedByName) {

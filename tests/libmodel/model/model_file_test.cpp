@@ -125,6 +125,17 @@ TEST_F(ModelFile, KeepsAModelWithoutModes) {
   EXPECT_FALSE(load_model(file).has_colour());
 }
 
+TEST_F(ModelFile, OneBasisThatIsNotOrthonormalDoesNotMakeTheFileUnreadable) {
+  MorphableModelParts p = testing::random_parts(8);
+  p.expression->basis.col(0) += 0.5 * p.expression->basis.col(1);
+  p.expression->orthonormal = false;
+  const MorphableModel model(p);
+  save_model(file, model);
+  const MorphableModel back = load_model(file);
+  const Eigen::VectorXd e = Eigen::VectorXd::Ones(p.expression->mode_count());
+  EXPECT_LT((back.instance({}, {}, -1, e).V - model.instance({}, {}, -1, e).V).cwiseAbs().maxCoeff(), 1e-4);
+}
+
 TEST_F(ModelFile, RefusesWhatIsNotAModel) {
   EXPECT_THAT([&] { load_model(folder / "none.h5"); }, ThrowsMessage<IoError>(HasSubstr("no such file")));
   EXPECT_THAT(loading("not HDF5 at all"), ThrowsMessage<IoError>(HasSubstr("not an HDF5 file")));
