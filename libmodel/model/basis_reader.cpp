@@ -113,18 +113,19 @@ void turn(const Scalar* rows, Eigen::Index count, Eigen::Index stride, Eigen::In
 
 }  // namespace
 
-BasisRows read_basis(const Hdf5Reader& h5, const std::string& path, Eigen::Index rows, Eigen::Index modes) {
+BasisRows read_basis(const Hdf5Reader& h5, const std::string& path, const Hdf5Reader::Shape& stored, Eigen::Index rows,
+                     Eigen::Index modes) {
   BasisRows result;
   result.basis.resize(rows, modes);
   if (result.basis.size() == 0) return result;
   prefer_large_pages(result.basis.data(), static_cast<size_t>(result.basis.size()) * sizeof(double));
   const Eigen::VectorXf r = probe(modes);
-  const Eigen::Index stride = h5.shape(path).cols;
+  const Eigen::Index stride = stored.cols;
   const Eigen::Index chunk = std::max(kBlock, kChunkFloats / stride / kBlock * kBlock);  // rows; sums are by chunk
   const int chunks = static_cast<int>((rows + chunk - 1) / chunk);
   std::vector<Eigen::VectorXd> parts(static_cast<size_t>(chunks));
   const auto size_of = [&](int c) { return std::min(chunk, rows - c * chunk); };
-  if (const auto offset = h5.plain_floats(path)) {
+  if (const auto offset = stored.plain_floats) {
     const File file(h5.name());
     parallel_blocks(chunks, 0, [&](int first, int last) {
       std::vector<float> buffer(static_cast<size_t>(std::min(chunk, rows) * stride));

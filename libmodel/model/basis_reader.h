@@ -20,9 +20,10 @@ struct BasisRows {
   double defect = 0;
 };
 
-/// The leading `rows` of the leading `modes` columns of the matrix at `path`. Plain float32 is taken from the file in
-/// blocks, converted and turned to columns while it is in the cache, by all threads; the bytes do not depend on their
-/// number. O(rows modes).
-BasisRows read_basis(const Hdf5Reader& h5, const std::string& path, Eigen::Index rows, Eigen::Index modes);
+/// The leading `rows` of the leading `modes` columns of the matrix at `path`, `stored` as its shape() says. Plain
+/// float32 is taken from the file in blocks, converted and turned to columns while it is in the cache, by all threads;
+/// the bytes do not depend on their number. O(rows modes).
+BasisRows read_basis(const Hdf5Reader& h5, const std::string& path, const Hdf5Reader::Shape& stored, Eigen::Index rows,
+                     Eigen::Index modes);
 
 }  // namespace facewright

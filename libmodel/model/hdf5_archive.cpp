@@ -183,7 +183,10 @@ bool Hdf5Reader::has(const std::string& path) const {
   const Quiet quiet;
   for (size_t slash = path.find('/', 1);; slash = path.find('/', slash + 1)) {
     const std::string part = path.substr(0, slash);
-    if (part != "/" && H5Lexists(file_, part.c_str(), H5P_DEFAULT) <= 0) return false;
+    if (part != "/" && !known_.contains(part)) {
+      if (H5Lexists(file_, part.c_str(), H5P_DEFAULT) <= 0) return false;
+      known_.insert(part);
+    }
     if (slash == std::string::npos) return true;
   }
 }
@@ -233,46 +236,43 @@ Hdf5Reader::Shape Hdf5Reader::checked_shape(std::int64_t dataset, const std::str
 
 Hdf5Reader::Shape Hdf5Reader::shape(const std::string& path) const {
   const Quiet quiet;
-  const Handle set(open_numbers(path), H5Dclose);
-  return checked_shape(set, path);
-}
-
-std::optional<std::uint64_t> Hdf5Reader::plain_floats(const std::string& path) const {
-  const Quiet quiet;
   const Handle set(open_numbers(path), H5Dclose), type(H5Dget_type(set), H5Tclose);
   const Handle layout(H5Dget_create_plist(set), H5Pclose);
-  const Shape n = checked_shape(set, path);
+  Shape n = checked_shape(set, path);
   const haddr_t offset = H5Dget_offset(set);
   const std::uint64_t bytes = static_cast<std::uint64_t>(n.rows) * static_cast<std::uint64_t>(n.cols) * sizeof(float);
-  if (is_image_ || H5Tequal(type, H5T_IEEE_F32LE) <= 0 || H5Pget_layout(layout) != H5D_CONTIGUOUS ||
-      H5Pget_external_count(layout) != 0 || offset == HADDR_UNDEF || H5Dget_storage_size(set) != bytes)
-    return std::nullopt;
-  return offset;
+  if (!is_image_ && H5Tequal(type, H5T_IEEE_F32LE) > 0 && H5Pget_layout(layout) == H5D_CONTIGUOUS &&
+      H5Pget_external_count(layout) == 0 && offset != HADDR_UNDEF && H5Dget_storage_size(set) == bytes)
+    n.plain_floats = offset;
+  return n;
 }
 
 template <class Matrix>
-Matrix Hdf5Reader::read(const std::string& path, std::int64_t memory_type) const {
-  const Quiet quiet;
-  const Handle set(open_numbers(path), H5Dclose);
-  const Shape n = checked_shape(set, path);
+Matrix Hdf5Reader::read_open(std::int64_t dataset, const std::string& path, std::int64_t memory_type) const {
+  const Shape n = checked_shape(dataset, path);
   Matrix m(n.rows, n.cols);
-  if (m.size() > 0 && H5Dread(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, m.data()) < 0)
+  if (m.size() > 0 && H5Dread(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, m.data()) < 0)
     fail(path, "cannot be read; the file is damaged");
   return m;
 }
 
 RowMatrixXd Hdf5Reader::matrix(const std::string& path) const {
+  const Quiet quiet;
+  const Handle set(open_numbers(path), H5Dclose), type(H5Dget_type(set), H5Tclose);
   // HDF5's own conversion is ten times slower.
-  if (plain_floats(path)) return read<RowMatrixXf>(path, H5T_NATIVE_FLOAT).cast<double>();
-  return read<RowMatrixXd>(path, H5T_NATIVE_DOUBLE);
+  if (H5Tequal(type, H5T_NATIVE_FLOAT) > 0) return read_open<RowMatrixXf>(set, path, H5T_NATIVE_FLOAT).cast<double>();
+  return read_open<RowMatrixXd>(set, path, H5T_NATIVE_DOUBLE);
 }
-RowMatrixXi Hdf5Reader::integers(const std::string& path) const { return read<RowMatrixXi>(path, H5T_NATIVE_INT32); }
+RowMatrixXi Hdf5Reader::integers(const std::string& path) const {
+  const Quiet quiet;
+  const Handle set(open_numbers(path), H5Dclose);
+  return read_open<RowMatrixXi>(set, path, H5T_NATIVE_INT32);
+}
 
 std::string Hdf5Reader::string(const std::string& path) const {
   const Quiet quiet;
-  if (!has(path)) fail(path, "is missing");
   const Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
-  if (!set.ok()) fail(path, "is not a dataset");
+  if (!set.ok()) fail(path, has(path) ? "is not a dataset" : "is missing");
   const Handle type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   if (H5Tget_class(type) != H5T_STRING || H5Sget_simple_extent_npoints(space) != 1) fail(path, "is not one string");
   if (H5Tis_variable_str(type) > 0) {

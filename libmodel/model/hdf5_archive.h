@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -62,11 +63,11 @@ class Hdf5Reader {
   /// Rows and columns, as matrix() gives them.
   struct Shape {
     Eigen::Index rows = 0, cols = 0;
+    /// Where in the file the values lie if they are plain: little-endian float32, all there, one after another by
+    /// rows. Nothing if they are not; then matrix() reads them.
+    std::optional<std::uint64_t> plain_floats = std::nullopt;
   };
   Shape shape(const std::string& path) const;
-  /// Where in the file the values of a matrix lie if they are plain: little-endian float32, all there, one after
-  /// another by rows. Nothing if they are not; then matrix() reads them.
-  std::optional<std::uint64_t> plain_floats(const std::string& path) const;
   /// Scalars come as 1 x 1, vectors as one column, any numeric type is converted.
   RowMatrixXd matrix(const std::string& path) const;
   RowMatrixXi integers(const std::string& path) const;
@@ -74,11 +75,12 @@ class Hdf5Reader {
   [[noreturn]] void fail(const std::string& path, const std::string& what) const;
 
  private:
-  template <class Matrix>
-  Matrix read(const std::string& path, std::int64_t memory_type) const;
   std::int64_t open_numbers(const std::string& path) const;
   Shape checked_shape(std::int64_t dataset, const std::string& path) const;
+  template <class Matrix>
+  Matrix read_open(std::int64_t dataset, const std::string& path, std::int64_t memory_type) const;
   std::string name_;
+  mutable std::set<std::string, std::less<>> known_;  // found by has(); asking HDF5 again costs a walk from the root
   std::int64_t file_ = -1;
   bool is_image_ = false;  // made of HDF5-JSON: not the bytes of the file
 };

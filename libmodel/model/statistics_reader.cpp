@@ -119,7 +119,7 @@ PcaModel read_statistics(const Hdf5Reader& h5, const std::string& group, const S
   while (modes > 0 && pca.variances[modes - 1] == 0) --modes;
   pca.variances.conservativeResize(modes);
   if (request.values >= 0) pca.mean.conservativeResize(request.values);
-  BasisRows rows = read_basis(h5, basis, pca.mean.size(), modes);
+  BasisRows rows = read_basis(h5, basis, shape, pca.mean.size(), modes);
   pca.basis = std::move(rows.basis);
   if (!rows.finite) fail_not_finite(h5, basis, pca.basis);
   if (modes > 0 && is_scaled(minor, pca)) {
