@@ -2,7 +2,6 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/interop/mat_file.h"
 
-#include <hdf5.h>
 #include <matio.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <limits>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/model/hdf5_archive.h"
 
 namespace facewright {
 namespace {
@@ -39,33 +39,21 @@ void check_elements(const std::filesystem::path& path) {
   if (at != size) throw IoError(path.string(), "is cut short or damaged: its last variable does not end with the file");
 }
 
-// HDF5 prints its errors unless told otherwise; ours say what is needed.
-class QuietHdf5 {
- public:
-  QuietHdf5() {
-    H5Eget_auto2(H5E_DEFAULT, &report_, &data_);
-    H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  }
-  ~QuietHdf5() { H5Eset_auto2(H5E_DEFAULT, report_, data_); }
-  QuietHdf5(const QuietHdf5&) = delete;
-  QuietHdf5& operator=(const QuietHdf5&) = delete;
-
- private:
-  H5E_auto2_t report_ = nullptr;
-  void* data_ = nullptr;
-};
+// Version 7.3 is HDF5 behind a header of 512 bytes. matio would hand a damaged one to the attribute reader of HDF5,
+// which reads past its buffers (1.10); numbers need no attributes.
+bool is_hdf5(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  char head[128] = {};
+  if (!in.read(head, sizeof head)) return false;
+  const bool says_so = std::strncmp(head, "MATLAB 7.3", 10) == 0 || std::memcmp(head, "\x89HDF", 4) == 0;
+  return says_so || head[124] == 2 || (head[124] == 0 && head[125] == 2);
+}
 
 struct FreeVariable {
-  void operator()(matvar_t* v) const {
-    const QuietHdf5 quiet;
-    Mat_VarFree(v);
-  }
+  void operator()(matvar_t* v) const { Mat_VarFree(v); }
 };
 struct CloseFile {
-  void operator()(mat_t* f) const {
-    const QuietHdf5 quiet;
-    Mat_Close(f);
-  }
+  void operator()(mat_t* f) const { Mat_Close(f); }
 };
 using Variable = std::unique_ptr<matvar_t, FreeVariable>;
 
@@ -111,16 +99,25 @@ struct MatFile::Impl {
   std::string path;
   std::uint64_t most_bytes = 0;  // that variables can have
   std::unique_ptr<mat_t, CloseFile> file;
+  std::unique_ptr<Hdf5Reader> hdf5;  // in place of `file`, of version 7.3
   std::vector<std::string> names;
 };
 
 MatFile::MatFile(const std::filesystem::path& path) : impl_(std::make_unique<Impl>()) {
-  const QuietHdf5 quiet;
   impl_->path = path.string();
   std::error_code error;
   const auto size = std::filesystem::file_size(path, error);
   if (error) throw IoError(impl_->path, "cannot be read: " + error.message());
   impl_->most_bytes = kBestRatio * (size + 1);
+  if (is_hdf5(path)) {
+    try {
+      impl_->hdf5 = std::make_unique<Hdf5Reader>(path);
+    } catch (const IoError&) {
+      throw IoError(impl_->path, "is no MATLAB 7.3 file, or is cut short");
+    }
+    impl_->names = impl_->hdf5->children("/");
+    return;
+  }
   check_elements(path);
   impl_->file.reset(Mat_Open(impl_->path.c_str(), MAT_ACC_RDONLY));
   if (!impl_->file) throw IoError(impl_->path, "is no MATLAB file, or is cut short");
@@ -144,12 +141,28 @@ void MatFile::fail(const std::string& name, const std::string& what) const {
 }
 
 Eigen::MatrixXd MatFile::matrix(const std::string& name, Eigen::Index rows, Eigen::Index columns) const {
-  const QuietHdf5 quiet;
+  if (!has(name)) throw IoError(impl_->path, "there is no variable '" + name.substr(0, name.find('.')) + "'");
+  const Eigen::MatrixXd m = impl_->hdf5 ? hdf5_matrix(name) : matio_matrix(name);
+  if ((rows != Eigen::Dynamic && m.rows() != rows) || (columns != Eigen::Dynamic && m.cols() != columns))
+    fail(name, "is " + std::to_string(m.rows()) + " x " + std::to_string(m.cols()) + "; expected " +
+                   (rows == Eigen::Dynamic ? "any" : std::to_string(rows)) + " x " +
+                   (columns == Eigen::Dynamic ? "any" : std::to_string(columns)));
+  if (!m.allFinite()) fail(name, "holds NaN or infinity");
+  return m;
+}
+
+// Matrices lie by columns: to HDF5, which counts by rows, they are transposed.
+Eigen::MatrixXd MatFile::hdf5_matrix(const std::string& name) const {
+  std::string path = "/" + name;
+  std::replace(path.begin(), path.end(), '.', '/');  // a structure is a group
+  if (!impl_->hdf5->has(path)) fail(name, "is not in the structure");
+  return impl_->hdf5->matrix(path).transpose();
+}
+
+Eigen::MatrixXd MatFile::matio_matrix(const std::string& name) const {
   const size_t dot = name.find('.');
-  const std::string top = name.substr(0, dot);
-  if (!has(top)) throw IoError(impl_->path, "there is no variable '" + top + "'");
   Mat_Rewind(impl_->file.get());
-  const Variable variable(Mat_VarReadInfo(impl_->file.get(), top.c_str()));
+  const Variable variable(Mat_VarReadInfo(impl_->file.get(), name.substr(0, dot).c_str()));
   if (!variable) fail(name, "cannot be read; the file is damaged");
   const auto expect_room = [&](const matvar_t& v) {
     std::uint64_t items = 1;
@@ -172,17 +185,10 @@ Eigen::MatrixXd MatFile::matrix(const std::string& name, Eigen::Index rows, Eige
   if (found->rank != 2) fail(name, "has " + std::to_string(found->rank) + " dimensions; expected 2");
   expect_room(*found);
   const auto r = static_cast<Eigen::Index>(found->dims[0]), c = static_cast<Eigen::Index>(found->dims[1]);
-  if ((rows != Eigen::Dynamic && r != rows) || (columns != Eigen::Dynamic && c != columns))
-    fail(name, "is " + std::to_string(r) + " x " + std::to_string(c) + "; expected " +
-                   (rows == Eigen::Dynamic ? "any" : std::to_string(rows)) + " x " +
-                   (columns == Eigen::Dynamic ? "any" : std::to_string(columns)));
   const auto needed =
       static_cast<std::uint64_t>(r) * static_cast<std::uint64_t>(c) * Mat_SizeOfClass(found->class_type);
   if (needed > 0 && (found->data == nullptr || found->nbytes < needed)) fail(name, "is damaged or cut short");
-  if (needed == 0) return Eigen::MatrixXd(r, c);
-  Eigen::MatrixXd m = numbers(*found, r, c);
-  if (!m.allFinite()) fail(name, "holds NaN or infinity");
-  return m;
+  return needed == 0 ? Eigen::MatrixXd(r, c) : numbers(*found, r, c);
 }
 
 Eigen::VectorXd MatFile::vector(const std::string& name) const {

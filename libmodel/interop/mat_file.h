@@ -31,6 +31,8 @@ class MatFile {
   [[noreturn]] void fail(const std::string& name, const std::string& what) const;
 
  private:
+  Eigen::MatrixXd hdf5_matrix(const std::string& name) const;
+  Eigen::MatrixXd matio_matrix(const std::string& name) const;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -12,9 +12,9 @@
 
 namespace facewright {
 
-// Private to this module: the part of HDF5 a model file needs. Paths are absolute ("/shape/model/mean"); missing groups
-// on the way are made. Everything is contiguous, little-endian and row-major, strings are fixed-length, NUL-terminated
-// and scalar, and no time stamps are kept, so equal content is equal bytes.
+// Not installed: the part of HDF5 that model files of this module and of interop need. Paths are absolute
+// ("/shape/model/mean"); missing groups on the way are made. Everything is contiguous, little-endian and row-major,
+// strings are fixed-length, NUL-terminated and scalar, and no time stamps are kept, so equal content is equal bytes.
 
 using RowMatrixXf = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using RowMatrixXd = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
