@@ -38,6 +38,15 @@ GreyImage grey(const Image& image) {
   return result;
 }
 
+ImageLandmarks landmarks_in(const dlib::shape_predictor& trees, const GreyImage& image, const dlib::drectangle& box) {
+  const dlib::full_object_detection shape = trees(image, dlib::rectangle(box));
+  ImageLandmarks landmarks;
+  for (unsigned long k = 0; k < shape.num_parts(); ++k)
+    landmarks[std::to_string(k + 1)].position = {static_cast<double>(shape.part(k).x()),
+                                                 static_cast<double>(shape.part(k).y())};
+  return landmarks;
+}
+
 }  // namespace
 
 struct FaceDetector::Parts {
@@ -91,17 +100,25 @@ std::vector<DetectedFace> FaceDetector::detect(const Image& image, const DetectF
     const auto place = [&](double x) { return (x + 0.5) / scale - 0.5; };
     const dlib::drectangle box(place(static_cast<double>(f.rect.left())), place(static_cast<double>(f.rect.top())),
                                place(static_cast<double>(f.rect.right())), place(static_cast<double>(f.rect.bottom())));
-    const dlib::full_object_detection shape = (*parts_->predictor)(full, dlib::rectangle(box));
     DetectedFace face;
     face.corner = {box.left(), box.top()};
     face.size = {box.width(), box.height()};
     face.score = f.detection_confidence;
-    for (unsigned long k = 0; k < shape.num_parts(); ++k)
-      face.landmarks[std::to_string(k + 1)].position = {static_cast<double>(shape.part(k).x()),
-                                                        static_cast<double>(shape.part(k).y())};
+    face.landmarks = landmarks_in(*parts_->predictor, full, box);
     faces.push_back(std::move(face));
   }
   return faces;
+}
+
+std::vector<ImageLandmarks> FaceDetector::predict(const Image& image, const std::vector<FaceBox>& boxes) const {
+  if (image.empty()) throw InvalidInput("face landmarks: the image is empty");
+  const GreyImage full = grey(image);
+  std::vector<ImageLandmarks> found;
+  for (const FaceBox& b : boxes) {
+    const Eigen::Vector2d end = b.corner + b.size;
+    found.push_back(landmarks_in(*parts_->predictor, full, {b.corner.x(), b.corner.y(), end.x(), end.y()}));
+  }
+  return found;
 }
 
 FaceDetector FaceDetector::copy() const { return FaceDetector(std::make_unique<Parts>(*parts_)); }
@@ -119,6 +136,8 @@ FaceDetector::FaceDetector(const fs::path&) {
 }
 
 std::vector<DetectedFace> FaceDetector::detect(const Image&, const DetectFacesOptions&) { return {}; }
+
+std::vector<ImageLandmarks> FaceDetector::predict(const Image&, const std::vector<FaceBox>&) const { return {}; }
 
 FaceDetector FaceDetector::copy() const { return FaceDetector(std::unique_ptr<Parts>{}); }
 

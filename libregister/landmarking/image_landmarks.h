@@ -19,6 +19,11 @@ struct DetectedFace {
   double score = 0;              ///< of the detector, larger is surer; 0 is its threshold
 };
 
+/// Where a face is looked for: a square of the detector's kind, from the brows to the chin.
+struct FaceBox {
+  Eigen::Vector2d corner = Eigen::Vector2d::Zero(), size = Eigen::Vector2d::Zero();  ///< pixels
+};
+
 struct DetectFacesOptions {
   int largest_side = 1024;   ///< pixels; larger images are searched for faces reduced to this, landmarks use all pixels
   bool search_small = true;  ///< look again at twice the size if nothing is found: faces down to 40 pixels
@@ -39,6 +44,9 @@ class FaceDetector {
 
   /// All faces, the surest first. Not for use by several threads at once: copy() one for each.
   std::vector<DetectedFace> detect(const Image& image, const DetectFacesOptions& options = {});
+  /// The landmarks of a face known to fill each box, one result per box. For pictures of one's own making, where it is
+  /// known where the face is; what comes is a face's landmarks whether there is a face or not.
+  std::vector<ImageLandmarks> predict(const Image& image, const std::vector<FaceBox>& boxes) const;
   FaceDetector copy() const;
 
   static bool available();                           ///< whether this build has dlib

@@ -24,7 +24,7 @@ LAYERS = {
     "libregister/subdivision": ["core"],
     "libregister/reference": ["core", "geometry", "surface", "subdivision"],
     "libregister/intake": ["core", "io", "geometry", "surface"],
-    "libregister/landmarking": ["core", "geometry", "surface", "render"],
+    "libregister/landmarking": ["core", "geometry", "surface", "render", "registration"],
     "libregister/registration": ["core", "geometry", "surface", "subdivision"],
 }
 PLACE = {name.split("/")[1]: name for name in LAYERS}

@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libregister/landmarking/scan_landmarks.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/geometry/normals.h"
+#include "libregister/landmarking/coarse_pose.h"
+#include "libregister/landmarking/image_landmarks.h"
+#include "libregister/landmarking/template_reading.h"
+#include "libregister/landmarking/thin_mesh.h"
+#include "libregister/landmarking/view_landmarks.h"
+
+namespace facewright {
+namespace {
+
+constexpr double kPoseEdge = 3;                  // mm: detail that poses are found on
+constexpr Eigen::Index kMostTriangles = 300000;  // of what is shown and registered; a face scan has fewer
+constexpr double kFloor = 1.0;                   // mm: what the predictor gets wrong alike in all views
+
+bool is_jaw(const std::string& name) {
+  return name.size() <= 2 && name.find_first_not_of("0123456789") == name.npos && std::stoi(name) <= 17;
+}
+
+// The middle of the inner landmarks: eyes, nose and mouth.
+Eigen::Vector3d face_centre(const Landmarks& marks) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double n = 0;
+  for (const auto& [name, mark] : marks)
+    if (!is_jaw(name)) sum += mark.position, ++n;
+  return sum / std::max(1.0, n);
+}
+
+}  // namespace
+
+LandmarkMethod landmark_method_from_name(const std::string& name) {
+  if (name == "auto") return LandmarkMethod::automatic;
+  if (name == "dlib") return LandmarkMethod::pictures;
+  if (name == "geometry") return LandmarkMethod::geometry;
+  throw InvalidInput("landmark method: expected auto, dlib or geometry, got '" + name + "'");
+}
+
+struct ScanLandmarker::Parts {
+  MultiresTemplate coarse;
+  Landmarks marks;  // of the reference, head frame
+  FacePattern pattern;
+  FaceViewOptions view;
+  std::vector<ViewCalibration> calibrations;  // the front first
+  std::shared_ptr<FaceDetector> detector;     // none: geometry
+
+  FaceViewOptions view_options(const FindLandmarksOptions& options) const {
+    FaceViewOptions v = view;
+    v.use_colour = options.use_colour;
+    v.threads = options.threads;
+    return v;
+  }
+};
+
+ScanLandmarker::ScanLandmarker(const MultiresTemplate& reference, LandmarkMethod method,
+                               const std::filesystem::path& predictor)
+    : parts_(std::make_unique<Parts>()) {
+  Parts& p = *parts_;
+  const int levels = static_cast<int>(reference.levels.size());
+  p.coarse = coarse_levels(reference, std::min(2, levels));
+  const Mesh base = reference.level_mesh(0), fine = reference.level_mesh(std::min(1, levels - 1));
+  p.marks = locate(reference.landmarks, base.V, base.F);
+  if (!p.marks.contains("31")) throw InvalidInput("landmarking: the reference has no landmark 31, the tip of the nose");
+  p.pattern = face_pattern(fine, base, p.marks.at("31").position);
+  p.view.centre = face_centre(p.marks);
+  if (method == LandmarkMethod::geometry) return;
+  const std::filesystem::path file = predictor.empty() ? FaceDetector::default_predictor() : predictor;
+  const bool there = FaceDetector::available() && std::filesystem::is_regular_file(file);
+  if (method == LandmarkMethod::automatic && !there) return;
+  p.detector = std::make_shared<FaceDetector>(file);
+  Landmarks wanted = p.marks;
+  std::erase_if(wanted, [](const auto& m) { return is_jaw(m.first); });
+  p.calibrations =
+      calibrate_views(*p.detector, reference.level_mesh(levels - 1), wanted, default_view_angles(), p.view);
+  if (p.calibrations.empty()) {
+    if (method == LandmarkMethod::pictures)
+      throw InvalidInput("landmarking: the detector finds no face in a picture of the reference face");
+    p.detector.reset();
+  }
+}
+
+namespace {
+
+struct Seen {
+  Landmarks landmarks;
+  int views = 0;
+};
+
+}  // namespace
+
+FindLandmarksResult ScanLandmarker::find(const Mesh& mesh, const Image& texture, const FindLandmarksOptions& options) {
+  validate(mesh);
+  Parts& p = *parts_;
+  FindLandmarksResult result;
+  FindLandmarksSummary& s = result.summary;
+  StageClock clock(&s.seconds);
+  s.method = p.detector ? "pictures" : "geometry";
+  const bool textured = options.use_colour && mesh.has_uv() && !texture.empty();
+  const Mesh reduced = thin_mesh_to(mesh, kMostTriangles);
+  const Mesh& shown = textured ? mesh : reduced;
+  Mesh thin = thin_mesh(reduced, kPoseEdge);
+  Vertices normals = vertex_normals(thin.V, thin.F);
+  const PoseTarget target(std::move(thin), std::move(normals));
+  clock.finish("thinning");
+  std::vector<CoarsePose> poses = find_coarse_poses(p.pattern, target);
+  if (poses.empty() || poses[0].score < options.least_pose) {
+    s.pose_score = poses.empty() ? 0 : poses[0].score;
+    s.reason = "no face was found on the surface; check that the scan shows one and its units, or give landmarks";
+    return result;
+  }
+  clock.finish("pose");
+  const auto prepared = textured ? std::make_unique<LinearImage>(texture) : nullptr;
+  const LinearImage* colours = prepared.get();
+  const FaceViewOptions view_options = p.view_options(options);
+  CoarsePose pose = straighten(poses[0], p.pattern, target);
+  if (p.detector) {
+    for (const CoarsePose& found : poses) {
+      if (found.score < options.least_pose) break;
+      const CoarsePose candidate = straighten(found, p.pattern, target);
+      const FaceView front = look_at(shown, colours, candidate.scan_from_head, {}, view_options);
+      const FrontCheck check = check_front(*p.detector, front, p.calibrations[0]);
+      if (!check.seen || check.offset > 0.35 || check.scale < 0.65 || check.scale > 1.5) continue;
+      pose = candidate;
+      s.face_seen = true;
+      s.detector_score = check.score;
+      break;
+    }
+    clock.finish("detection");
+  }
+  s.pose_score = pose.score;
+  result.scan_from_head = pose.scan_from_head;
+  for (int round = 0; round < 2; ++round) {
+    if (p.detector) {
+      std::vector<Landmarks> views;
+      for (const ViewCalibration& c : p.calibrations) {
+        const FaceView view = look_at(shown, colours, result.scan_from_head, c.angle, view_options);
+        views.push_back(landmarks_in_view(*p.detector, view, shown, c, p.marks, result.scan_from_head));
+      }
+      s.views = static_cast<int>(views.size());
+      result.detected = fuse_views(views, kFloor);
+      clock.finish("views " + std::to_string(round));
+    }
+    s.detected = static_cast<int>(result.detected.size());
+    const TemplateReading reading = read_off_template(reduced, result.detected, p.coarse);
+    result.scan_from_head = reading.scan_from_head;
+    result.landmarks = reading.landmarks;
+    s.dropped = reading.dropped;
+    s.leave_one_out_rms = reading.leave_one_out_rms;
+    s.matched = reading.matched;
+    clock.finish("template " + std::to_string(round));
+  }
+  if (!options.refine) result.landmarks = result.detected;
+  s.found = true;
+  return result;
+}
+
+ScanLandmarker ScanLandmarker::copy() const {
+  auto parts = std::make_unique<Parts>(*parts_);
+  if (parts->detector) parts->detector = std::make_shared<FaceDetector>(parts->detector->copy());
+  return ScanLandmarker(std::move(parts));
+}
+
+bool ScanLandmarker::uses_pictures() const { return parts_->detector != nullptr; }
+
+ScanLandmarker::ScanLandmarker(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+ScanLandmarker::~ScanLandmarker() = default;
+ScanLandmarker::ScanLandmarker(ScanLandmarker&&) noexcept = default;
+ScanLandmarker& ScanLandmarker::operator=(ScanLandmarker&&) noexcept = default;
+
+}  // namespace facewright

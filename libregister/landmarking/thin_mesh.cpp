@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libregister/landmarking/thin_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/geometry/normals.h"
+
+namespace facewright {
+namespace {
+
+struct Cells {
+  std::vector<int> of_vertex;
+  int count = 0;
+};
+
+Cells cells_of(const Vertices& V, double cell) {
+  const Eigen::RowVector3d low = V.colwise().minCoeff();
+  std::unordered_map<std::uint64_t, int> known;
+  Cells cells;
+  cells.of_vertex.reserve(static_cast<size_t>(V.rows()));
+  for (Eigen::Index i = 0; i < V.rows(); ++i) {
+    std::uint64_t key = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double place = std::floor((V(i, k) - low[k]) / cell);
+      key = key << 21 | static_cast<std::uint64_t>(std::min(place, 2097151.0));
+    }
+    const auto [it, is_new] = known.try_emplace(key, cells.count);
+    if (is_new) ++cells.count;
+    cells.of_vertex.push_back(it->second);
+  }
+  return cells;
+}
+
+Vertices means(const Vertices& rows, const Cells& cells) {
+  Vertices sum = Vertices::Zero(cells.count, 3);
+  Eigen::VectorXd n = Eigen::VectorXd::Zero(cells.count);
+  for (Eigen::Index i = 0; i < rows.rows(); ++i) {
+    const int c = cells.of_vertex[static_cast<size_t>(i)];
+    sum.row(c) += rows.row(i);
+    n[c] += 1;
+  }
+  return n.cwiseInverse().asDiagonal() * sum;
+}
+
+// One of a triangle's rotations begins with its lowest vertex: equal triangles are equal then.
+std::array<int, 3> rotated(std::array<int, 3> t) {
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  return t;
+}
+
+}  // namespace
+
+Mesh thin_mesh(const Mesh& mesh, double cell) {
+  if (!(cell > 0)) throw InvalidInput("thin_mesh: the cells' edge must be positive");
+  const Cells cells = cells_of(mesh.V, cell);
+  Mesh thin;
+  thin.V = means(mesh.V, cells);
+  if (mesh.has_colours()) thin.colours = means(mesh.colours, cells);
+  struct Entry {
+    std::array<int, 3> corners;
+    int order;
+  };
+  std::vector<Entry> found;
+  for (Eigen::Index f = 0; f < mesh.F.rows(); ++f) {
+    const auto c = [&](int k) { return cells.of_vertex[static_cast<size_t>(mesh.F(f, k))]; };
+    if (c(0) != c(1) && c(1) != c(2) && c(2) != c(0))
+      found.push_back({rotated({c(0), c(1), c(2)}), static_cast<int>(found.size())});
+  }
+  std::sort(found.begin(), found.end(), [](const Entry& a, const Entry& b) {
+    return a.corners != b.corners ? a.corners < b.corners : a.order < b.order;
+  });
+  found.erase(
+      std::unique(found.begin(), found.end(), [](const Entry& a, const Entry& b) { return a.corners == b.corners; }),
+      found.end());
+  std::sort(found.begin(), found.end(), [](const Entry& a, const Entry& b) { return a.order < b.order; });
+  // Sheets that were drawn together may share edges: a triangle that runs an edge the way another does goes.
+  std::unordered_set<std::uint64_t> taken;
+  std::erase_if(found, [&](const Entry& e) {
+    std::array<std::uint64_t, 3> sides{};
+    for (size_t k = 0; k < 3; ++k)
+      sides[k] = static_cast<std::uint64_t>(e.corners[k]) << 32 | static_cast<std::uint32_t>(e.corners[(k + 1) % 3]);
+    if (std::any_of(sides.begin(), sides.end(), [&](std::uint64_t side) { return taken.contains(side); })) return true;
+    taken.insert(sides.begin(), sides.end());
+    return false;
+  });
+  thin.F.resize(static_cast<Eigen::Index>(found.size()), 3);
+  for (size_t f = 0; f < found.size(); ++f)
+    thin.F.row(static_cast<Eigen::Index>(f)) = Eigen::Map<const Eigen::RowVector3i>(found[f].corners.data());
+  return thin;
+}
+
+Mesh thin_mesh_to(const Mesh& mesh, Eigen::Index triangles) {
+  if (mesh.F.rows() <= triangles) return mesh;
+  // A surface of area A leaves some 2 A / cell^2 triangles; rough ones leave more.
+  const double area = face_areas(mesh.V, mesh.F).sum();
+  double cell = std::sqrt(2 * area / static_cast<double>(triangles));
+  if (!(cell > 0)) throw InvalidInput("thin_mesh: the mesh has no area");
+  Mesh thin = thin_mesh(mesh, cell);
+  while (thin.F.rows() > triangles) thin = thin_mesh(mesh, cell *= 1.15);
+  return thin;
+}
+
+}  // namespace facewright

@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "libregister/landmarking/view_landmarks.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "libregister/landmarking/geometric_median.h"
+
+namespace facewright {
+namespace {
+
+constexpr double kRadians = std::numbers::pi / 180;
+
+FaceBox moved(const FaceBox& box, double right, double down, double scale) {
+  const Eigen::Vector2d middle = box.corner + box.size / 2 + Eigen::Vector2d(right, down).cwiseProduct(box.size);
+  return {middle - scale * box.size / 2, scale * box.size};
+}
+
+// The trees' answers scatter with the box they are given: their mean over several scatters less.
+std::vector<FaceBox> boxes_around(const FaceBox& box) {
+  std::vector<FaceBox> boxes;
+  for (const double scale : {0.94, 1.0, 1.06}) {
+    boxes.push_back(moved(box, 0, 0, scale));
+    for (const double shift : {-0.04, 0.04}) {
+      boxes.push_back(moved(box, shift, 0, scale));
+      boxes.push_back(moved(box, 0, shift, scale));
+    }
+  }
+  return boxes;
+}
+
+Image flipped(const Image& image) {
+  Image mirror(image.width, image.height, image.channels);
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      std::copy_n(image.pixel(x, y), image.channels, mirror.pixel(image.width - 1 - x, y));
+  return mirror;
+}
+
+// Means over the boxes around one, and over the picture and its mirror image.
+ImageLandmarks predict(const FaceDetector& detector, const Image& image, const FaceBox& box) {
+  const std::vector<ImageLandmarks> straight = detector.predict(image, boxes_around(box));
+  const double last = image.width - 1;
+  const FaceBox other{{last - box.corner.x() - box.size.x(), box.corner.y()}, box.size};
+  const std::vector<ImageLandmarks> mirrored = detector.predict(flipped(image), boxes_around(other));
+  ImageLandmarks mean;
+  const double n = static_cast<double>(straight.size() + mirrored.size());
+  for (const ImageLandmarks& one : straight)
+    for (const auto& [name, point] : one) mean[name].position += point.position / n;
+  for (const ImageLandmarks& one : mirrored)
+    for (const auto& [name, point] : one)
+      mean[mirrored_landmark(name)].position += Eigen::Vector2d(last - point.position.x(), point.position.y()) / n;
+  return mean;
+}
+
+Landmarks put_on_surface(const ImageLandmarks& found, const FaceView& view, const Mesh& mesh) {
+  Landmarks places;
+  for (const auto& [name, point] : found)
+    if (const auto x = back_project(view, mesh, point.position)) places[name].position = *x;
+  return places;
+}
+
+}  // namespace
+
+std::vector<ViewAngle> default_view_angles() {
+  std::vector<ViewAngle> angles;
+  for (const double yaw : {0.0, -15.0, 15.0, -30.0, 30.0}) angles.push_back({yaw * kRadians, 0});
+  for (const double pitch : {-12.0, 12.0}) angles.push_back({0, pitch * kRadians});
+  return angles;
+}
+
+std::vector<ViewCalibration> calibrate_views(FaceDetector& detector, const Mesh& reference, const Landmarks& marks,
+                                             const std::vector<ViewAngle>& angles, const FaceViewOptions& options) {
+  std::vector<ViewCalibration> calibrations;
+  FaceBox front;
+  for (const ViewAngle& angle : angles) {
+    const FaceView view = look_at(reference, nullptr, {}, angle, options);
+    const std::vector<DetectedFace> faces = detector.detect(view.image, {1024, false});
+    ViewCalibration calibration{angle, front, {}};
+    if (!faces.empty()) calibration.box = {faces[0].corner, faces[0].size};
+    if (faces.empty() && calibrations.empty()) return {};
+    if (calibrations.empty()) front = calibration.box;
+    calibration.places = put_on_surface(predict(detector, view.image, calibration.box), view, reference);
+    std::erase_if(calibration.places, [&](const auto& place) {
+      constexpr double kFarthest = 15;  // mm: farther off it is a mistake and no convention
+      const auto mark = marks.find(place.first);
+      return mark == marks.end() || (mark->second.position - place.second.position).norm() > kFarthest;
+    });
+    if (calibration.places.size() >= 20) calibrations.push_back(std::move(calibration));
+  }
+  return calibrations;
+}
+
+FrontCheck check_front(FaceDetector& detector, const FaceView& front, const ViewCalibration& calibration) {
+  FrontCheck check;
+  const FaceBox& box = calibration.box;
+  for (const DetectedFace& face : detector.detect(front.image, {1024, false})) {
+    const double offset = (face.corner + face.size / 2 - box.corner - box.size / 2).norm() / box.size.x();
+    if (check.seen && offset >= check.offset) continue;
+    check = {true, face.score, offset, face.size.x() / box.size.x()};
+  }
+  return check;
+}
+
+Landmarks landmarks_in_view(FaceDetector& detector, const FaceView& view, const Mesh& mesh,
+                            const ViewCalibration& calibration, const Landmarks& marks,
+                            const Similarity& scan_from_head) {
+  Landmarks seen = put_on_surface(predict(detector, view.image, calibration.box), view, mesh);
+  std::erase_if(seen, [&](const auto& p) { return !calibration.places.contains(p.first); });
+  for (auto& [name, point] : seen) {
+    const Eigen::Vector3d offset = marks.at(name).position - calibration.places.at(name).position;
+    point.position += scan_from_head.s * (scan_from_head.R * offset);
+  }
+  return seen;
+}
+
+Landmarks fuse_views(const std::vector<Landmarks>& views, double floor) {
+  std::map<std::string, std::vector<Eigen::Vector3d>> places;
+  for (const Landmarks& view : views)
+    for (const auto& [name, point] : view) places[name].push_back(point.position);
+  Landmarks fused;
+  for (const auto& [name, points] : places) {
+    const Eigen::Vector3d middle = geometric_median(points);
+    double squares = 0;
+    for (const Eigen::Vector3d& p : points) squares += (p - middle).squaredNorm();
+    const double n = static_cast<double>(points.size());
+    const double spread = points.size() > 1 ? std::sqrt(squares / (n - 1)) : 2 * floor;
+    fused[name] = {middle, std::hypot(floor, spread / std::sqrt(n))};
+  }
+  return fused;
+}
+
+}  // namespace facewright

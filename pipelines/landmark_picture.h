@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "libmodel/core/image.h"
+#include "libregister/intake/scan.h"
+#include "libregister/landmarking/scan_landmarks.h"
+
+namespace facewright {
+
+/// A scan from the front, the left and the right with its landmarks; of a scan without landmarks, what it looks like
+/// along its file's axes. `lines` are written below.
+Image landmark_picture(const Scan& scan, const FindLandmarksResult& result, const std::vector<std::string>& lines);
+
+/// Only the text: there is no scan to show.
+Image message_picture(const std::vector<std::string>& lines);
+
+}  // namespace facewright

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "pipelines/landmark_scans.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <mutex>
+#include <set>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/core/parallel.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/io/csv.h"
+#include "libmodel/io/image_files.h"
+#include "libmodel/io/landmark_files.h"
+#include "libregister/intake/mesh_import.h"
+#include "libregister/reference/reference_face.h"
+#include "pipelines/landmark_picture.h"
+#include "pipelines/reference_file.h"
+
+namespace facewright {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<ScanFiles> list_scans(const LandmarkScansOptions& options) {
+  std::vector<ScanFiles> scans;
+  for (const fs::path& input : options.inputs) {
+    if (fs::is_directory(input)) {
+      for (ScanFiles& files : find_scans(input)) scans.push_back(std::move(files));
+    } else {
+      scans.push_back({input.stem().string(), input, {}, Units::automatic});
+    }
+  }
+  for (ScanFiles& files : scans) files.landmarks.reset();  // found, not read
+  std::stable_sort(scans.begin(), scans.end(), [](const ScanFiles& a, const ScanFiles& b) { return a.id < b.id; });
+  for (size_t i = 1; i < scans.size(); ++i)
+    if (scans[i].id == scans[i - 1].id)
+      throw InvalidInput("landmark-scan: two scans are called '" + scans[i].id + "' (" + scans[i - 1].mesh.string() +
+                         " and " + scans[i].mesh.string() + "); rename one");
+  if (scans.empty()) throw InvalidInput("landmark-scan: no scans to look at");
+  return scans;
+}
+
+// Landmarkers are made once and copied for each thread that asks at the same time.
+class LandmarkerPool {
+ public:
+  explicit LandmarkerPool(ScanLandmarker first) : first_(std::move(first)) {}
+  ScanLandmarker take() {
+    const std::lock_guard lock(mutex_);
+    if (free_.empty()) return first_.copy();
+    ScanLandmarker landmarker = std::move(free_.back());
+    free_.pop_back();
+    return landmarker;
+  }
+  void give_back(ScanLandmarker landmarker) {
+    const std::lock_guard lock(mutex_);
+    free_.push_back(std::move(landmarker));
+  }
+
+ private:
+  ScanLandmarker first_;
+  std::mutex mutex_;
+  std::vector<ScanLandmarker> free_;
+};
+
+struct Places {
+  fs::path landmarks, picture, problem;
+};
+
+bool is_folder(const LandmarkScansOptions& options) { return options.output.extension().empty(); }
+
+Places places(const LandmarkScansOptions& options, const std::string& id) {
+  if (is_folder(options))
+    return {options.output / (id + "." + options.format), options.output / (id + ".png"),
+            options.output / "problematic" / (id + ".txt")};
+  const fs::path folder = options.output.parent_path();
+  return {options.output, folder / (id + ".png"), folder / "problematic" / (id + ".txt")};
+}
+
+// Back into the file's units; deviations only where they are asked for.
+Landmarks as_in_file(const Scan& scan, const Landmarks& landmarks, bool deviations) {
+  Landmarks out = landmarks;
+  for (auto& [name, mark] : out) {
+    mark.position /= scan.mm_per_unit;
+    mark.stddev = deviations ? mark.stddev / scan.mm_per_unit : 0;
+  }
+  return out;
+}
+
+std::string number(const char* format, double x) {
+  char text[40];
+  std::snprintf(text, sizeof text, format, x);
+  return text;
+}
+
+std::vector<std::string> describe(const LandmarkedScan& outcome) {
+  const FindLandmarksSummary& s = outcome.summary;
+  std::vector<std::string> lines;
+  if (!outcome.found) {
+    lines.push_back(outcome.id + ": no landmarks");
+    lines.push_back(outcome.reason);
+  } else {
+    lines.push_back(outcome.id + ": " + s.method + ", " + std::to_string(s.detected) + " detected, pose " +
+                    number("%.2f", s.pose_score) + ", residual " + number("%.1f", s.leave_one_out_rms) + " mm");
+    if (!s.doubt.empty()) lines.push_back("to be looked at: " + s.doubt);
+  }
+  if (!outcome.units.empty()) lines.push_back(outcome.units);
+  return lines;
+}
+
+void write_failure(const LandmarkedScan& outcome, const Scan& scan, const Places& to) {
+  std::error_code ignored;
+  fs::remove(to.landmarks, ignored);  // of an earlier run
+  write_file(to.problem, "scan: " + outcome.file.string() + "\n" + outcome.reason + "\n");
+  write_png(to.picture, scan.mesh.F.rows() > 0 ? landmark_picture(scan, {}, describe(outcome))
+                                               : message_picture(describe(outcome)));
+}
+
+LandmarkedScan landmark_one(const ScanFiles& files, const LandmarkScansOptions& options, int threads,
+                            LandmarkerPool& pool) {
+  LandmarkedScan outcome{files.id, files.mesh, false, {}, {}, {}};
+  const Places to = places(options, files.id);
+  Scan scan;
+  FindLandmarksResult result;
+  try {
+    scan = load_scan(files, options.scan);
+    outcome.units = scan.units_reason;
+    ScanLandmarker landmarker = pool.take();
+    FindLandmarksOptions find = options.find;
+    find.threads = threads;
+    result = landmarker.find(scan.mesh, scan.texture, find);
+    pool.give_back(std::move(landmarker));
+    outcome.summary = result.summary;
+    outcome.found = result.summary.found;
+    outcome.reason = result.summary.reason;
+  } catch (const std::exception& e) {
+    outcome.reason = e.what();
+  }
+  if (!outcome.found) {
+    write_failure(outcome, scan, to);
+    return outcome;
+  }
+  write_landmarks(to.landmarks, as_in_file(scan, result.landmarks, options.deviations));
+  write_png(to.picture, landmark_picture(scan, result, describe(outcome)));
+  std::error_code ignored;
+  fs::remove(to.problem, ignored);
+  return outcome;
+}
+
+std::string table(const std::vector<LandmarkedScan>& scans) {
+  std::string text = csv_line({"id", "file", "found", "method", "pose_score", "face_seen", "detected", "dropped",
+                               "leave_one_out_mm", "matched", "asymmetry_mm", "note"});
+  for (const LandmarkedScan& o : scans) {
+    const FindLandmarksSummary& s = o.summary;
+    text += csv_line({o.id, o.file.string(), o.found ? "1" : "0", s.method, number("%.3f", s.pose_score),
+                      s.face_seen ? "1" : "0", std::to_string(s.detected), std::to_string(s.dropped.size()),
+                      number("%.2f", s.leave_one_out_rms), number("%.3f", s.matched), number("%.2f", s.asymmetry),
+                      o.found ? s.doubt : o.reason});
+  }
+  return text;
+}
+
+}  // namespace
+
+LandmarkScansSummary landmark_scans(const LandmarkScansOptions& options, const Progress& progress) {
+  const std::vector<ScanFiles> files = list_scans(options);
+  if (!is_folder(options) && files.size() != 1)
+    throw InvalidInput("landmark-scan: " + options.output.string() + " is one file, there are " +
+                       std::to_string(files.size()) + " scans; name a folder");
+  const MultiresTemplate reference =
+      options.reference.empty() ? default_reference() : build_template(load_reference_file(options.reference));
+  LandmarkScansSummary summary;
+  ScanLandmarker first(reference, options.method, options.predictor);
+  summary.used_pictures = first.uses_pictures();
+  LandmarkerPool pool(std::move(first));
+  const int n = static_cast<int>(files.size()), jobs = options.jobs > 0 ? options.jobs : hardware_threads();
+  const int threads = std::max(1, jobs / n);  // of one scan
+  summary.scans.resize(files.size());
+  std::mutex mutex;
+  int done = 0;
+  parallel_for(n, jobs, [&](int i) {
+    summary.scans[static_cast<size_t>(i)] = landmark_one(files[static_cast<size_t>(i)], options, threads, pool);
+    const std::lock_guard lock(mutex);
+    ++done;
+    if (progress) progress({"landmarks", done, n, files[static_cast<size_t>(i)].id});
+  });
+  for (const LandmarkedScan& o : summary.scans) ++(o.found ? summary.found : summary.failed);
+  if (is_folder(options)) write_file(options.output / "landmarks.csv", table(summary.scans));
+  return summary;
+}
+
+}  // namespace facewright

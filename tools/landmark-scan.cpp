@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+// Finds the landmarks of face scans.
+#include <iostream>
+
+#include "libmodel/core/errors.h"
+#include "pipelines/landmark_scans.h"
+#include "tools/cli.h"
+
+using namespace facewright;
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Finds the ibug-68 landmarks of face scans in any orientation: dlib's predictor on rendered views where it is "
+      "installed, the shape alone otherwise. Writes ID.json and a picture ID.png for every scan, landmarks.csv with a "
+      "line for each, and problematic/ID.txt where no face was found.",
+      "landmark-scan");
+  CommonOptions common;
+  add_common_options(app, common, CommonFlags::output | CommonFlags::jobs | CommonFlags::units,
+                     "landmark-scan scans -o landmarks");
+  LandmarkScansOptions options;
+  std::string method = "auto";
+  bool no_colour = false, no_refine = false;
+  app.add_option("scans", options.inputs, "Scans (OBJ, PLY, STL, OFF, glTF) and folders of scans")
+      ->required()
+      ->check(CLI::ExistingPath);
+  app.add_option("--format", options.format, "Extension of the landmark files in the output folder");
+  app.add_option("--method", method, "auto: dlib where it is there, else geometry")
+      ->check(CLI::IsMember({"auto", "dlib", "geometry"}));
+  app.add_flag("--no-colour", no_colour, "Look at the shape alone, whatever colours the scan has");
+  app.add_flag("--no-refine", no_refine, "Write what was detected, without the landmarks of the registered template");
+  app.add_flag("--stddev", options.deviations, "JSON files state each landmark's standard deviation");
+  app.add_option("--picture-size", options.find.picture_size, "Width of the views looked at, pixels")
+      ->check(CLI::Range(320, 2048));
+  app.add_option("--predictor", options.predictor, "dlib's 68-point predictor, if not where Debian puts it")
+      ->check(CLI::ExistingFile);
+  app.add_option("--reference", options.reference, "A file of make-reference instead of the built-in face")
+      ->check(CLI::ExistingFile);
+  return run_program(argc, argv, app, common, [&] {
+    options.output = common.output;
+    options.jobs = common.jobs;
+    options.scan.units = units_from_name(common.units);
+    options.method = landmark_method_from_name(method);
+    options.find.use_colour = !no_colour;
+    options.find.refine = !no_refine;
+    ProgressBar bar(common);
+    const LandmarkScansSummary summary = landmark_scans(options, bar.progress());
+    for (const LandmarkedScan& o : summary.scans) {
+      if (!o.found) std::cerr << "landmark-scan: " << o.file.string() << ": " << o.reason << "\n";
+      std::string stages;
+      for (const auto& [stage, seconds] : o.summary.seconds)
+        stages += " " + stage + " " + std::to_string(static_cast<int>(1000 * seconds)) + " ms";
+      detail(common, "  " + o.id + ":" + stages);
+    }
+    report(common, "landmark-scan: " + std::to_string(summary.found) + " of " + std::to_string(summary.scans.size()) +
+                       " scans, by " + (summary.used_pictures ? "dlib on rendered views" : "geometry"));
+    if (summary.found == 0) return ExitCode::failed;
+    return summary.failed > 0 ? ExitCode::some_failed : ExitCode::ok;
+  });
+}
