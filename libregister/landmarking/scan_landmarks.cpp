@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/geometry/normals.h"
 #include "libregister/landmarking/coarse_pose.h"
 #include "libregister/landmarking/image_landmarks.h"
+#include "libregister/landmarking/relief_landmarks.h"
 #include "libregister/landmarking/template_reading.h"
 #include "libregister/landmarking/thin_mesh.h"
 #include "libregister/landmarking/view_landmarks.h"
@@ -45,6 +47,7 @@ LandmarkMethod landmark_method_from_name(const std::string& name) {
 struct ScanLandmarker::Parts {
   MultiresTemplate coarse;
   Landmarks marks;  // of the reference, head frame
+  Mesh fine;        // of the reference: what relief is compared with
   FacePattern pattern;
   FaceViewOptions view;
   std::vector<ViewCalibration> calibrations;  // the front first
@@ -65,6 +68,7 @@ ScanLandmarker::ScanLandmarker(const MultiresTemplate& reference, LandmarkMethod
   const int levels = static_cast<int>(reference.levels.size());
   p.coarse = coarse_levels(reference, std::min(2, levels));
   const Mesh base = reference.level_mesh(0), fine = reference.level_mesh(std::min(1, levels - 1));
+  p.fine = reference.level_mesh(std::min(2, levels - 1));
   p.marks = locate(reference.landmarks, base.V, base.F);
   if (!p.marks.contains("31")) throw InvalidInput("landmarking: the reference has no landmark 31, the tip of the nose");
   p.pattern = face_pattern(fine, base, p.marks.at("31").position);
@@ -87,12 +91,58 @@ ScanLandmarker::ScanLandmarker(const MultiresTemplate& reference, LandmarkMethod
 
 namespace {
 
-struct Seen {
-  Landmarks landmarks;
-  int views = 0;
+constexpr double kRadians = std::numbers::pi / 180;
+
+// One scan on its way to its landmarks.
+struct Surface {
+  const Mesh& mesh;            // thinned where it is too fine
+  const Mesh& shown;           // what pictures are made of
+  const LinearImage* texture;  // of `shown`, or nullptr
 };
 
 }  // namespace
+
+// What finds landmarks for a pose; another pose and better landmarks come of them.
+struct ScanLandmarker::Search {
+  Parts& p;
+  const Surface& surface;
+  FaceViewOptions view;
+
+  Landmarks by_pictures(const Similarity& scan_from_head, FindLandmarksSummary* s) const {
+    std::vector<Landmarks> views;
+    for (const ViewCalibration& c : p.calibrations) {
+      const FaceView seen = look_at(surface.shown, surface.texture, scan_from_head, c.angle, view);
+      views.push_back(landmarks_in_view(*p.detector, seen, surface.shown, c, p.marks, scan_from_head));
+    }
+    s->views = static_cast<int>(views.size());
+    return fuse_views(views, kFloor);
+  }
+
+  Landmarks by_relief(const BentTemplate& bent, double reach, FindLandmarksSummary* s) const {
+    const Mesh base{bent.V.topRows(p.coarse.base_count()), p.coarse.levels[0].F, {}, {}, {}};
+    BentReference reference{{bent.V, p.fine.F, {}, {}, {}}, locate(p.coarse.landmarks, base.V, base.F)};
+    FaceViewOptions millimetres = view;
+    millimetres.size = static_cast<int>(view.field);
+    std::vector<ViewAngle> angles;
+    for (const double yaw : {0.0, -25.0, 25.0}) angles.push_back({yaw * kRadians, 0});
+    ReliefMatchOptions options;
+    options.reach = reach;
+    const std::vector<Landmarks> views =
+        relief_landmarks(surface.mesh, reference, bent.scan_from_head, angles, millimetres, options);
+    s->views = static_cast<int>(views.size());
+    return fuse_views(views, kFloor);
+  }
+
+  Landmarks by_relief(const Similarity& scan_from_head, FindLandmarksSummary* s) const {
+    BentTemplate bent{scan_from_head.apply(p.fine.V), scan_from_head};
+    Landmarks found;
+    for (const double reach : {14.0, 9.0, 6.0}) {
+      found = by_relief(bent, reach, s);
+      bent = bend_template(p.fine.V, p.coarse, found);
+    }
+    return found;
+  }
+};
 
 FindLandmarksResult ScanLandmarker::find(const Mesh& mesh, const Image& texture, const FindLandmarksOptions& options) {
   validate(mesh);
@@ -135,17 +185,12 @@ FindLandmarksResult ScanLandmarker::find(const Mesh& mesh, const Image& texture,
   }
   s.pose_score = pose.score;
   result.scan_from_head = pose.scan_from_head;
-  for (int round = 0; round < 2; ++round) {
-    if (p.detector) {
-      std::vector<Landmarks> views;
-      for (const ViewCalibration& c : p.calibrations) {
-        const FaceView view = look_at(shown, colours, result.scan_from_head, c.angle, view_options);
-        views.push_back(landmarks_in_view(*p.detector, view, shown, c, p.marks, result.scan_from_head));
-      }
-      s.views = static_cast<int>(views.size());
-      result.detected = fuse_views(views, kFloor);
-      clock.finish("views " + std::to_string(round));
-    }
+  const Surface surface{reduced, shown, colours};
+  const Search search{p, surface, view_options};
+  for (int round = 0; round < (p.detector ? 2 : 1); ++round) {
+    result.detected =
+        p.detector ? search.by_pictures(result.scan_from_head, &s) : search.by_relief(result.scan_from_head, &s);
+    clock.finish("views " + std::to_string(round));
     s.detected = static_cast<int>(result.detected.size());
     const TemplateReading reading = read_off_template(reduced, result.detected, p.coarse);
     result.scan_from_head = reading.scan_from_head;

@@ -76,6 +76,7 @@ class ScanLandmarker {
 
  private:
   struct Parts;
+  struct Search;
   explicit ScanLandmarker(std::unique_ptr<Parts> parts);
   std::unique_ptr<Parts> parts_;
 };

@@ -23,6 +23,15 @@ MultiresTemplate coarse_levels(const MultiresTemplate& reference, int count) {
   return coarse;
 }
 
+BentTemplate bend_template(const Vertices& reference, const MultiresTemplate& coarse, const Landmarks& landmarks) {
+  const Mesh base = coarse.level_mesh(0);
+  SymmetryPlane plane;
+  if (!coarse.mirror.empty()) plane = symmetry_plane(coarse.V, coarse.mirror);
+  const GlobalMapResult map = global_mapping(reference, coarse.mirror.empty() ? nullptr : &plane,
+                                             locate(coarse.landmarks, base.V, base.F), landmarks);
+  return {map.V, map.alignment.scan_from_reference};
+}
+
 TemplateReading read_off_template(const Mesh& scan, const Landmarks& landmarks, const MultiresTemplate& coarse) {
   RegisterOptions options;
   options.denoise.method = DenoiseMethod::none;  // a coarse level does not see the noise

@@ -15,6 +15,13 @@ namespace facewright {
 /// The first `count` levels of a reference.
 MultiresTemplate coarse_levels(const MultiresTemplate& reference, int count);
 
+/// The reference's vertices (N x 3) in the scan's place: the global mapping by a few landmarks [bookstein1989].
+struct BentTemplate {
+  Vertices V;
+  Similarity scan_from_head;
+};
+BentTemplate bend_template(const Vertices& reference, const MultiresTemplate& coarse, const Landmarks& landmarks);
+
 struct TemplateReading {
   Landmarks landmarks;  ///< all of the reference's, on the registered template
   Similarity scan_from_head;

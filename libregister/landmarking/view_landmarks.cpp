@@ -118,17 +118,24 @@ Landmarks landmarks_in_view(FaceDetector& detector, const FaceView& view, const 
 }
 
 Landmarks fuse_views(const std::vector<Landmarks>& views, double floor) {
-  std::map<std::string, std::vector<Eigen::Vector3d>> places;
+  struct Places {
+    std::vector<Eigen::Vector3d> points;
+    double stated = 0;  // sum of deviations
+  };
+  std::map<std::string, Places> places;
   for (const Landmarks& view : views)
-    for (const auto& [name, point] : view) places[name].push_back(point.position);
+    for (const auto& [name, point] : view) {
+      places[name].points.push_back(point.position);
+      places[name].stated += std::max(floor, point.stddev);
+    }
   Landmarks fused;
-  for (const auto& [name, points] : places) {
-    const Eigen::Vector3d middle = geometric_median(points);
+  for (const auto& [name, seen] : places) {
+    const Eigen::Vector3d middle = geometric_median(seen.points);
     double squares = 0;
-    for (const Eigen::Vector3d& p : points) squares += (p - middle).squaredNorm();
-    const double n = static_cast<double>(points.size());
-    const double spread = points.size() > 1 ? std::sqrt(squares / (n - 1)) : 2 * floor;
-    fused[name] = {middle, std::hypot(floor, spread / std::sqrt(n))};
+    for (const Eigen::Vector3d& p : seen.points) squares += (p - middle).squaredNorm();
+    const double n = static_cast<double>(seen.points.size()), alike = seen.stated / n;
+    const double spread = seen.points.size() > 1 ? std::sqrt(squares / (n - 1)) : 2 * alike;
+    fused[name] = {middle, std::hypot(alike, spread / std::sqrt(n))};
   }
   return fused;
 }

@@ -43,8 +43,8 @@ Landmarks landmarks_in_view(FaceDetector& detector, const FaceView& view, const 
                             const ViewCalibration& calibration, const Landmarks& marks,
                             const Similarity& scan_from_head);
 
-/// Landmarks seen in several views fused by their geometric median [weiszfeld1937]; deviation over the three axes from
-/// their spread, never less than `floor` mm. Needs two views, or one where only one could see the place.
+/// Landmarks seen in several views fused by their geometric median [weiszfeld1937]. Deviations, over the three axes:
+/// what the views stated or `floor` (mm), which they share, and what they differ by.
 Landmarks fuse_views(const std::vector<Landmarks>& views, double floor);
 
 }  // namespace facewright
