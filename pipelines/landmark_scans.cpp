@@ -14,7 +14,7 @@
 #include "libmodel/io/csv.h"
 #include "libmodel/io/image_files.h"
 #include "libmodel/io/landmark_files.h"
-#include "libregister/intake/mesh_import.h"
+#include "libmodel/synthetic/appearance.h"
 #include "libregister/reference/reference_face.h"
 #include "pipelines/landmark_picture.h"
 #include "pipelines/reference_file.h"
@@ -24,23 +24,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<ScanFiles> list_scans(const LandmarkScansOptions& options) {
-  std::vector<ScanFiles> scans;
-  for (const fs::path& input : options.inputs) {
-    if (fs::is_directory(input)) {
-      for (ScanFiles& files : find_scans(input)) scans.push_back(std::move(files));
-    } else {
-      scans.push_back({input.stem().string(), input, {}, Units::automatic});
-    }
-  }
-  for (ScanFiles& files : scans) files.landmarks.reset();  // found, not read
-  std::stable_sort(scans.begin(), scans.end(), [](const ScanFiles& a, const ScanFiles& b) { return a.id < b.id; });
-  for (size_t i = 1; i < scans.size(); ++i)
-    if (scans[i].id == scans[i - 1].id)
-      throw InvalidInput("landmark-scan: two scans are called '" + scans[i].id + "' (" + scans[i - 1].mesh.string() +
-                         " and " + scans[i].mesh.string() + "); rename one");
-  if (scans.empty()) throw InvalidInput("landmark-scan: no scans to look at");
-  return scans;
+Colours painted(const Vertices& V) {
+  const SkinPainter paint{Appearance{}};
+  Colours colours(V.rows(), 3);
+  for (Eigen::Index i = 0; i < V.rows(); ++i) colours.row(i) = paint(V.row(i).transpose()).transpose();
+  return colours;
 }
 
 // Landmarkers are made once and copied for each thread that asks at the same time.
@@ -164,15 +152,36 @@ std::string table(const std::vector<LandmarkedScan>& scans) {
 
 }  // namespace
 
+std::vector<ScanFiles> list_scans(const std::vector<fs::path>& inputs) {
+  std::vector<ScanFiles> scans;
+  for (const fs::path& input : inputs) {
+    if (fs::is_directory(input)) {
+      for (ScanFiles& files : find_scans(input)) scans.push_back(std::move(files));
+    } else {
+      scans.push_back({input.stem().string(), input, {}, Units::automatic});
+    }
+  }
+  std::stable_sort(scans.begin(), scans.end(), [](const ScanFiles& a, const ScanFiles& b) { return a.id < b.id; });
+  for (size_t i = 1; i < scans.size(); ++i)
+    if (scans[i].id == scans[i - 1].id)
+      throw InvalidInput("landmark-scan: two scans are called '" + scans[i].id + "' (" + scans[i - 1].mesh.string() +
+                         " and " + scans[i].mesh.string() + "); rename one");
+  if (scans.empty()) throw InvalidInput("landmark-scan: no scans to look at");
+  return scans;
+}
+
 LandmarkScansSummary landmark_scans(const LandmarkScansOptions& options, const Progress& progress) {
-  const std::vector<ScanFiles> files = list_scans(options);
+  std::vector<ScanFiles> files = list_scans(options.inputs);
+  for (ScanFiles& scan : files) scan.landmarks.reset();  // found, not read
   if (!is_folder(options) && files.size() != 1)
     throw InvalidInput("landmark-scan: " + options.output.string() + " is one file, there are " +
                        std::to_string(files.size()) + " scans; name a folder");
   const MultiresTemplate reference =
       options.reference.empty() ? default_reference() : build_template(load_reference_file(options.reference));
   LandmarkScansSummary summary;
-  ScanLandmarker first(reference, options.method, options.predictor);
+  // The built-in face is painted as its people are; a reference of one's own has no colours.
+  const Colours colours = options.reference.empty() ? painted(reference.V) : Colours();
+  ScanLandmarker first(reference, options.method, options.predictor, colours);
   summary.used_pictures = first.uses_pictures();
   LandmarkerPool pool(std::move(first));
   const int n = static_cast<int>(files.size()), jobs = options.jobs > 0 ? options.jobs : hardware_threads();

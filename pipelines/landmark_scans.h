@@ -40,6 +40,10 @@ struct LandmarkScansSummary {
   bool used_pictures = false;
 };
 
+/// The scans of `inputs`, sorted by id, with the landmark files beside them. Throws InvalidInput if there is no scan or
+/// an id comes twice.
+std::vector<ScanFiles> list_scans(const std::vector<std::filesystem::path>& inputs);
+
 /// Finds the landmarks of scans and writes, by a scan's id: ID.json (or the format asked for; the file's own units and
 /// axes) and ID.png, a picture with the landmarks; for a failure the picture of what was read and problematic/ID.txt
 /// with the reason; and landmarks.csv, a line per scan. Throws InvalidInput if there is no scan or an id comes twice.

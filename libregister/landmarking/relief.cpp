@@ -137,8 +137,8 @@ double peak(double before, double at, double after) {
 
 }  // namespace
 
-std::optional<ReliefMatch> match_relief(const Relief& pattern, const Relief& scan, const Eigen::Vector2d& point,
-                                        double mm_per_pixel, const ReliefMatchOptions& options) {
+std::optional<PatchMatch> match_relief(const Relief& pattern, const Relief& scan, const Eigen::Vector2d& point,
+                                       double mm_per_pixel, const PatchMatchOptions& options) {
   const int cx = static_cast<int>(std::lround(point.x())), cy = static_cast<int>(std::lround(point.y()));
   const Patch patch = cut_out(pattern, cx, cy, options.patch / mm_per_pixel);
   double whole = 0;
@@ -157,7 +157,7 @@ std::optional<ReliefMatch> match_relief(const Relief& pattern, const Relief& sca
       if (at(x, y) > at(bx, by)) bx = x, by = y;
     }
   if (at(bx, by) <= -1) return {};
-  ReliefMatch match;
+  PatchMatch match;
   match.offset = Eigen::Vector2d(bx, by);
   if (std::abs(bx) < R && std::abs(by) < R && at(bx - 1, by) > -2 && at(bx + 1, by) > -2 && at(bx, by - 1) > -2 &&
       at(bx, by + 1) > -2)

@@ -34,21 +34,21 @@ struct ReliefOptions {
 /// mm_per_pixel and depths are of the head's size.
 Relief relief(const Raster& raster, double mm_per_pixel, double mm_per_depth, const ReliefOptions& options = {});
 
-struct ReliefMatchOptions {
+struct PatchMatchOptions {
   double patch = 9;         ///< mm, deviation of the weights around the point
   double reach = 12;        ///< mm: farther off it is not looked for
   double penalty = 0.25;    ///< of the correlation, at `reach`
   double least_rise = 0.2;  ///< mm: a patch with less deviation has nothing to be known by
 };
 
-struct ReliefMatch {
+struct PatchMatch {
   Eigen::Vector2d offset = Eigen::Vector2d::Zero();  ///< pixels from the point in the pattern to its like in the scan
   double correlation = 0;                            ///< normalised, -1..1
 };
 
 /// Where the surroundings of a point of the pattern (pixels) are found again in the scan: highest normalised
 /// cross-correlation [lewis1995], less for farther places. Nothing where the pattern is plain or the scan is not seen.
-std::optional<ReliefMatch> match_relief(const Relief& pattern, const Relief& scan, const Eigen::Vector2d& point,
-                                        double mm_per_pixel, const ReliefMatchOptions& options = {});
+std::optional<PatchMatch> match_relief(const Relief& pattern, const Relief& scan, const Eigen::Vector2d& point,
+                                       double mm_per_pixel, const PatchMatchOptions& options = {});
 
 }  // namespace facewright

@@ -18,7 +18,7 @@ FaceView shape_view(const Mesh& mesh, const OrthographicCamera& camera, int size
 
 std::vector<Landmarks> relief_landmarks(const Mesh& scan, const BentReference& reference,
                                         const Similarity& scan_from_head, const std::vector<ViewAngle>& angles,
-                                        const FaceViewOptions& view, const ReliefMatchOptions& options) {
+                                        const FaceViewOptions& view, const PatchMatchOptions& options) {
   constexpr double kLeast = 0.4;  // correlation: less is no likeness
   std::vector<Landmarks> found;
   const double mm_per_pixel = view.field / view.size, mm_per_depth = 1 / scan_from_head.s;

@@ -50,8 +50,8 @@ struct ScanLandmarker::Parts {
   Mesh fine;        // of the reference: what relief is compared with
   FacePattern pattern;
   FaceViewOptions view;
-  std::vector<ViewCalibration> calibrations;  // the front first
-  std::shared_ptr<FaceDetector> detector;     // none: geometry
+  std::vector<ViewCalibration> clay, painted;  // the front first; painted: for scans with colours
+  std::shared_ptr<FaceDetector> detector;      // none: geometry
 
   FaceViewOptions view_options(const FindLandmarksOptions& options) const {
     FaceViewOptions v = view;
@@ -62,7 +62,7 @@ struct ScanLandmarker::Parts {
 };
 
 ScanLandmarker::ScanLandmarker(const MultiresTemplate& reference, LandmarkMethod method,
-                               const std::filesystem::path& predictor)
+                               const std::filesystem::path& predictor, const Colours& reference_colours)
     : parts_(std::make_unique<Parts>()) {
   Parts& p = *parts_;
   const int levels = static_cast<int>(reference.levels.size());
@@ -80,9 +80,15 @@ ScanLandmarker::ScanLandmarker(const MultiresTemplate& reference, LandmarkMethod
   p.detector = std::make_shared<FaceDetector>(file);
   Landmarks wanted = p.marks;
   std::erase_if(wanted, [](const auto& m) { return is_jaw(m.first); });
-  p.calibrations =
-      calibrate_views(*p.detector, reference.level_mesh(levels - 1), wanted, default_view_angles(), p.view);
-  if (p.calibrations.empty()) {
+  Mesh face = reference.level_mesh(levels - 1);
+  p.clay = calibrate_views(*p.detector, face, wanted, default_view_angles(), p.view);
+  p.painted = p.clay;
+  face.colours = reference_colours;
+  if (face.has_colours()) {
+    auto painted = calibrate_views(*p.detector, face, wanted, default_view_angles(), p.view);
+    if (!painted.empty()) p.painted = std::move(painted);
+  }
+  if (p.clay.empty()) {
     if (method == LandmarkMethod::pictures)
       throw InvalidInput("landmarking: the detector finds no face in a picture of the reference face");
     p.detector.reset();
@@ -107,12 +113,13 @@ struct ScanLandmarker::Search {
   Parts& p;
   const Surface& surface;
   FaceViewOptions view;
+  const std::vector<ViewCalibration>& calibrations;
 
-  Landmarks by_pictures(const Similarity& scan_from_head, FindLandmarksSummary* s) const {
+  Landmarks by_pictures(const Similarity& scan_from_head, Care care, FindLandmarksSummary* s) const {
     std::vector<Landmarks> views;
-    for (const ViewCalibration& c : p.calibrations) {
+    for (const ViewCalibration& c : calibrations) {
       const FaceView seen = look_at(surface.shown, surface.texture, scan_from_head, c.angle, view);
-      views.push_back(landmarks_in_view(*p.detector, seen, surface.shown, c, p.marks, scan_from_head));
+      views.push_back(landmarks_in_view(*p.detector, seen, surface.shown, c, p.marks, scan_from_head, care));
     }
     s->views = static_cast<int>(views.size());
     return fuse_views(views, kFloor);
@@ -125,12 +132,30 @@ struct ScanLandmarker::Search {
     millimetres.size = static_cast<int>(view.field);
     std::vector<ViewAngle> angles;
     for (const double yaw : {0.0, -25.0, 25.0}) angles.push_back({yaw * kRadians, 0});
-    ReliefMatchOptions options;
+    PatchMatchOptions options;
     options.reach = reach;
     const std::vector<Landmarks> views =
         relief_landmarks(surface.mesh, reference, bent.scan_from_head, angles, millimetres, options);
     s->views = static_cast<int>(views.size());
     return fuse_views(views, kFloor);
+  }
+
+  // What the pictures and the relief tell together, each by its deviations.
+  Landmarks by_both(const Landmarks& pictures, FindLandmarksSummary* s) const {
+    const int views = s->views;
+    const Landmarks relief = by_relief(bend_template(p.fine.V, p.coarse, pictures), 6, s);
+    s->views += views;
+    Landmarks both = pictures;
+    for (const auto& [name, other] : relief) {
+      const auto it = both.find(name);
+      if (it == both.end()) {
+        both.emplace(name, other);
+        continue;
+      }
+      const double a = 1 / (it->second.stddev * it->second.stddev), b = 1 / (other.stddev * other.stddev);
+      it->second = {(a * it->second.position + b * other.position) / (a + b), std::sqrt(1 / (a + b))};
+    }
+    return both;
   }
 
   Landmarks by_relief(const Similarity& scan_from_head, FindLandmarksSummary* s) const {
@@ -168,13 +193,15 @@ FindLandmarksResult ScanLandmarker::find(const Mesh& mesh, const Image& texture,
   const auto prepared = textured ? std::make_unique<LinearImage>(texture) : nullptr;
   const LinearImage* colours = prepared.get();
   const FaceViewOptions view_options = p.view_options(options);
+  const bool coloured = textured || (options.use_colour && mesh.has_colours());
+  const std::vector<ViewCalibration>& calibrations = coloured ? p.painted : p.clay;
   CoarsePose pose = straighten(poses[0], p.pattern, target);
   if (p.detector) {
     for (const CoarsePose& found : poses) {
       if (found.score < options.least_pose) break;
       const CoarsePose candidate = straighten(found, p.pattern, target);
       const FaceView front = look_at(shown, colours, candidate.scan_from_head, {}, view_options);
-      const FrontCheck check = check_front(*p.detector, front, p.calibrations[0]);
+      const FrontCheck check = check_front(*p.detector, front, calibrations[0]);
       if (!check.seen || check.offset > 0.35 || check.scale < 0.65 || check.scale > 1.5) continue;
       pose = candidate;
       s.face_seen = true;
@@ -186,10 +213,12 @@ FindLandmarksResult ScanLandmarker::find(const Mesh& mesh, const Image& texture,
   s.pose_score = pose.score;
   result.scan_from_head = pose.scan_from_head;
   const Surface surface{reduced, shown, colours};
-  const Search search{p, surface, view_options};
+  const Search search{p, surface, view_options, calibrations};
   for (int round = 0; round < (p.detector ? 2 : 1); ++round) {
-    result.detected =
-        p.detector ? search.by_pictures(result.scan_from_head, &s) : search.by_relief(result.scan_from_head, &s);
+    result.detected = p.detector
+                          ? search.by_pictures(result.scan_from_head, round == 0 ? Care::quick : Care::thorough, &s)
+                          : search.by_relief(result.scan_from_head, &s);
+    if (p.detector && round == 1) result.detected = search.by_both(result.detected, &s);
     clock.finish("views " + std::to_string(round));
     s.detected = static_cast<int>(result.detected.size());
     const TemplateReading reading = read_off_template(reduced, result.detected, p.coarse);

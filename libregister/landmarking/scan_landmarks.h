@@ -62,8 +62,10 @@ class ScanLandmarker {
  public:
   /// `predictor`: see FaceDetector. With `automatic` a missing dlib or predictor means geometry; with `pictures` it is
   /// an error (InvalidInput, IoError).
+  /// `reference_colours` (N x 3, of the finest level) or empty: pictures of it show what the predictor finds on
+  /// coloured faces, which differs from clay about the eyes and brows.
   ScanLandmarker(const MultiresTemplate& reference, LandmarkMethod method = LandmarkMethod::automatic,
-                 const std::filesystem::path& predictor = {});
+                 const std::filesystem::path& predictor = {}, const Colours& reference_colours = {});
   ~ScanLandmarker();
   ScanLandmarker(ScanLandmarker&&) noexcept;
   ScanLandmarker& operator=(ScanLandmarker&&) noexcept;

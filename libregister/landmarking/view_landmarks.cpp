@@ -19,10 +19,9 @@ FaceBox moved(const FaceBox& box, double right, double down, double scale) {
   return {middle - scale * box.size / 2, scale * box.size};
 }
 
-// The trees' answers scatter with the box they are given: their mean over several scatters less.
-std::vector<FaceBox> boxes_around(const FaceBox& box) {
+std::vector<FaceBox> boxes_around(const FaceBox& box, const std::vector<double>& scales) {
   std::vector<FaceBox> boxes;
-  for (const double scale : {0.94, 1.0, 1.06}) {
+  for (const double scale : scales) {
     boxes.push_back(moved(box, 0, 0, scale));
     for (const double shift : {-0.04, 0.04}) {
       boxes.push_back(moved(box, shift, 0, scale));
@@ -40,19 +39,23 @@ Image flipped(const Image& image) {
   return mirror;
 }
 
-// Means over the boxes around one, and over the picture and its mirror image.
-ImageLandmarks predict(const FaceDetector& detector, const Image& image, const FaceBox& box) {
-  const std::vector<ImageLandmarks> straight = detector.predict(image, boxes_around(box));
+ImageLandmarks mean_of(const std::vector<ImageLandmarks>& answers) {
+  ImageLandmarks mean;
+  for (const ImageLandmarks& one : answers)
+    for (const auto& [name, point] : one) mean[name].position += point.position / static_cast<double>(answers.size());
+  return mean;
+}
+
+ImageLandmarks predict(const FaceDetector& detector, const Image& image, const FaceBox& box, Care care) {
+  if (care == Care::quick) return mean_of(detector.predict(image, boxes_around(box, {1.0})));
+  const std::vector<double> scales = {0.94, 1.0, 1.06};
+  ImageLandmarks mean = mean_of(detector.predict(image, boxes_around(box, scales)));
   const double last = image.width - 1;
   const FaceBox other{{last - box.corner.x() - box.size.x(), box.corner.y()}, box.size};
-  const std::vector<ImageLandmarks> mirrored = detector.predict(flipped(image), boxes_around(other));
-  ImageLandmarks mean;
-  const double n = static_cast<double>(straight.size() + mirrored.size());
-  for (const ImageLandmarks& one : straight)
-    for (const auto& [name, point] : one) mean[name].position += point.position / n;
-  for (const ImageLandmarks& one : mirrored)
-    for (const auto& [name, point] : one)
-      mean[mirrored_landmark(name)].position += Eigen::Vector2d(last - point.position.x(), point.position.y()) / n;
+  for (const auto& [name, point] : mean_of(detector.predict(flipped(image), boxes_around(other, scales)))) {
+    Eigen::Vector2d& p = mean[mirrored_landmark(name)].position;
+    p = (p + Eigen::Vector2d(last - point.position.x(), point.position.y())) / 2;
+  }
   return mean;
 }
 
@@ -83,7 +86,8 @@ std::vector<ViewCalibration> calibrate_views(FaceDetector& detector, const Mesh&
     if (!faces.empty()) calibration.box = {faces[0].corner, faces[0].size};
     if (faces.empty() && calibrations.empty()) return {};
     if (calibrations.empty()) front = calibration.box;
-    calibration.places = put_on_surface(predict(detector, view.image, calibration.box), view, reference);
+    calibration.places =
+        put_on_surface(predict(detector, view.image, calibration.box, Care::thorough), view, reference);
     std::erase_if(calibration.places, [&](const auto& place) {
       constexpr double kFarthest = 15;  // mm: farther off it is a mistake and no convention
       const auto mark = marks.find(place.first);
@@ -107,8 +111,8 @@ FrontCheck check_front(FaceDetector& detector, const FaceView& front, const View
 
 Landmarks landmarks_in_view(FaceDetector& detector, const FaceView& view, const Mesh& mesh,
                             const ViewCalibration& calibration, const Landmarks& marks,
-                            const Similarity& scan_from_head) {
-  Landmarks seen = put_on_surface(predict(detector, view.image, calibration.box), view, mesh);
+                            const Similarity& scan_from_head, Care care) {
+  Landmarks seen = put_on_surface(predict(detector, view.image, calibration.box, care), view, mesh);
   std::erase_if(seen, [&](const auto& p) { return !calibration.places.contains(p.first); });
   for (auto& [name, point] : seen) {
     const Eigen::Vector3d offset = marks.at(name).position - calibration.places.at(name).position;

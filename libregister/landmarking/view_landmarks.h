@@ -37,11 +37,17 @@ struct FrontCheck {
 };
 FrontCheck check_front(FaceDetector& detector, const FaceView& front, const ViewCalibration& calibration);
 
+/// The predictor's answers scatter with the box it is given; they are averaged over several boxes.
+enum class Care {
+  quick,    ///< five boxes
+  thorough  ///< fifteen, on the picture and on its mirror image
+};
+
 /// The landmarks seen in one view, put on the surface, each moved by what the reference's own landmark differs from
 /// what was found on the reference: the reference's convention.
 Landmarks landmarks_in_view(FaceDetector& detector, const FaceView& view, const Mesh& mesh,
                             const ViewCalibration& calibration, const Landmarks& marks,
-                            const Similarity& scan_from_head);
+                            const Similarity& scan_from_head, Care care);
 
 /// Landmarks seen in several views fused by their geometric median [weiszfeld1937]. Deviations, over the three axes:
 /// what the views stated or `floor` (mm), which they share, and what they differ by.
