@@ -1,13 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facewright: multi-resolution 3D morphable face models.
 // Finds the landmarks of face scans.
+#include <csignal>
 #include <iostream>
 
 #include "libmodel/core/errors.h"
 #include "pipelines/landmark_scans.h"
+#include "pipelines/pages/landmark_server.h"
 #include "tools/cli.h"
 
 using namespace facewright;
+
+namespace {
+
+LandmarkServer* serving = nullptr;
+
+// Until Ctrl+C.
+int edit(const LandmarkScansOptions& options, int port, const CommonOptions& common) {
+  LandmarkServer server(list_scans(options.inputs),
+                        {.output = options.output, .port = port, .saved = [&](const std::string& line) {
+                           report(common, "landmark-scan: " + line);
+                         }});
+  serving = &server;
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { serving->stop(); });
+  std::cout << "landmark-scan: open " << server.address() << "\n"
+            << "landmark-scan: landmarks go to " << options.output.string() << "; Ctrl+C ends this" << std::endl;
+  server.run();
+  return ExitCode::ok;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app(
@@ -20,10 +42,15 @@ int main(int argc, char** argv) {
                      "landmark-scan scans -o landmarks");
   LandmarkScansOptions options;
   std::string method = "auto";
-  bool no_colour = false, no_refine = false;
+  bool no_colour = false, no_refine = false, by_hand = false;
+  int port = 0;
   app.add_option("scans", options.inputs, "Scans (OBJ, PLY, STL, OFF, glTF) and folders of scans")
       ->required()
       ->check(CLI::ExistingPath);
+  app.add_flag("--edit", by_hand,
+               "Look for nothing: serve a page on which the landmarks in the output folder, or those beside the scans, "
+               "are placed and corrected by hand in a browser of this machine");
+  app.add_option("--port", port, "Port of that page on 127.0.0.1; 0: any that is free")->check(CLI::Range(0, 65535));
   app.add_option("--format", options.format, "Extension of the landmark files in the output folder");
   app.add_option("--method", method, "auto: dlib where it is there, else geometry")
       ->check(CLI::IsMember({"auto", "dlib", "geometry"}));
@@ -43,6 +70,7 @@ int main(int argc, char** argv) {
     options.method = landmark_method_from_name(method);
     options.find.use_colour = !no_colour;
     options.find.refine = !no_refine;
+    if (by_hand) return edit(options, port, common);
     ProgressBar bar(common);
     const LandmarkScansSummary summary = landmark_scans(options, bar.progress());
     for (const LandmarkedScan& o : summary.scans) {

@@ -9,7 +9,7 @@ import { pathToFileURL } from 'node:url';
 const [modules, folder] = process.argv.slice(2);
 const three = path.join(path.resolve(modules), 'three');
 if (!fs.existsSync(three)) {
-  console.log(`skipped: no three in ${modules}; run tests/foreign/fetch_packages.py ${modules}`);
+  console.log(`skipped: no three in ${modules}; run tests/run, which fetches it`);
   process.exit(77);
 }
 globalThis.self = globalThis; // the loader expects a browser's global object

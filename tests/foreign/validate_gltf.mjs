@@ -10,7 +10,7 @@ import path from 'node:path';
 const [modules, ...files] = process.argv.slice(2);
 const entry = path.join(path.resolve(modules), 'gltf-validator', 'index.js');
 if (!fs.existsSync(entry)) {
-  console.log(`skipped: no gltf-validator in ${modules}; run tests/foreign/fetch_packages.py ${modules}`);
+  console.log(`skipped: no gltf-validator in ${modules}; run tests/run, which fetches it`);
   process.exit(77);
 }
 const validator = createRequire(import.meta.url)(entry);
