@@ -225,6 +225,7 @@ $('canvas').addEventListener('pointermove', (event) => {
   if (!where) return;
   pressed.after = where;
   for (const dot of view.dots.children) if (dot.userData.name === pressed.grabbed) dot.position.copy(view.local(where));
+  view.touch();
 });
 function release(event) {
   if (!pressed || event.button > 0) return;

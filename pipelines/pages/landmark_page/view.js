@@ -44,15 +44,18 @@ export class View {
     this.centre = new THREE.Vector3();
     this.mesh = null;
     this.onFrame = () => {};
+    this.stale = true; // drawn only when something has changed
+    this.controls.addEventListener('change', () => this.touch());
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
     const frame = () => {
       requestAnimationFrame(frame);
       this.controls.update();
-      this.draw();
+      if (this.stale) this.draw();
     };
     frame();
   }
+  touch() { this.stale = true; }
 
   resize() {
     const { clientWidth: w, clientHeight: h } = this.canvas.parentElement;
@@ -62,9 +65,11 @@ export class View {
     this.camera.aspect = w / h;
     this.camera.updateProjectionMatrix();
     this.controls.handleResize();
+    this.touch();
   }
 
   draw() {
+    this.stale = false;
     const size = (2 * dotPixels) / this.canvas.clientHeight * Math.tan((this.camera.fov * Math.PI) / 360);
     for (const dot of this.dots.children) dot.scale.setScalar(size * (dot.userData.chosen ? 1.5 : 1));
     this.renderer.render(this.scene, this.camera);
@@ -109,6 +114,7 @@ export class View {
     this.camera.near = this.radius / 50;
     this.camera.far = this.radius * 50;
     this.camera.updateProjectionMatrix();
+    this.touch();
   }
 
   clear() {
@@ -122,7 +128,10 @@ export class View {
     this.mesh = null;
   }
 
-  set shaded(on) { if (this.mesh) this.mesh.material = on ? this.plain : this.coloured; }
+  set shaded(on) {
+    if (this.mesh) this.mesh.material = on ? this.plain : this.coloured;
+    this.touch();
+  }
 
   // Looks from the direction `from` (of unit length) with `up` upwards at the place `target`, `size` filling the picture.
   look(from, up, target = new THREE.Vector3(), size = 2 * this.radius) {
@@ -132,14 +141,19 @@ export class View {
     this.camera.up.copy(up);
     this.camera.lookAt(target);
     this.controls.update();
+    this.touch();
   }
-  roll() { this.camera.up.applyAxisAngle(this.camera.getWorldDirection(new THREE.Vector3()), Math.PI / 2); }
+  roll() {
+    this.camera.up.applyAxisAngle(this.camera.getWorldDirection(new THREE.Vector3()), Math.PI / 2);
+    this.touch();
+  }
 
   local(place) { return new THREE.Vector3(...place).sub(this.centre); }
 
   showLandmarks(landmarks, chosen) {
     for (const dot of this.dots.children) dot.material.dispose();
     this.dots.clear();
+    this.touch();
     for (const name of landmarks.names) {
       for (const behind of [false, true]) {
         const material = new THREE.SpriteMaterial({
