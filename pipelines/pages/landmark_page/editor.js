@@ -224,7 +224,7 @@ $('canvas').addEventListener('pointermove', (event) => {
   const where = view.placeAt(x, y);
   if (!where) return;
   pressed.after = where;
-  for (const dot of view.dots.children) if (dot.userData.name === pressed.grabbed) dot.position.copy(view.local(where));
+  for (const dot of view.dots.children) if (dot.userData.name === pressed.grabbed) dot.userData.place = view.local(where);
   view.touch();
 });
 function release(event) {

@@ -71,7 +71,11 @@ export class View {
   draw() {
     this.stale = false;
     const size = (2 * dotPixels) / this.canvas.clientHeight * Math.tan((this.camera.fov * Math.PI) / 360);
-    for (const dot of this.dots.children) dot.scale.setScalar(size * (dot.userData.chosen ? 1.5 : 1));
+    for (const dot of this.dots.children) {
+      const { place, lift, chosen } = dot.userData;
+      dot.scale.setScalar(size * (chosen ? 1.5 : 1));
+      dot.position.copy(this.camera.position).sub(place).setLength(lift * this.radius).add(place);
+    }
     this.renderer.render(this.scene, this.camera);
     this.onFrame();
   }
@@ -161,11 +165,9 @@ export class View {
           opacity: behind ? 0.25 : 1, transparent: true, depthWrite: false,
         });
         const dot = new THREE.Sprite(material);
-        dot.position.copy(this.local(landmarks.get(name)));
-        dot.userData = { name, chosen: name === chosen };
+        // Lifted off the surface it lies on, which may be rough.
+        dot.userData = { name, place: this.local(landmarks.get(name)), lift: behind ? 0 : 0.02, chosen: name === chosen };
         dot.renderOrder = behind ? 1 : 2;
-        // In front of the surface it lies on.
-        if (!behind) material.polygonOffset = true, material.polygonOffsetFactor = -4, material.polygonOffsetUnits = -64;
         this.dots.add(dot);
       }
     }
