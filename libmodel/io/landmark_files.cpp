@@ -13,6 +13,9 @@
 namespace facewright {
 namespace {
 
+constexpr const char* kExpected =
+    "expected landmarks in .json, .pts, .pp, .mrk.json, .fcsv, .ljson, .tlms, .csv, .bnd or .lm3, got '";
+
 std::string lower_extension(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
@@ -27,7 +30,11 @@ RawLandmarks parse(const std::filesystem::path& path) {
   if (extension == ".pts") return parse_pts(text, name);
   if (extension == ".pp") return parse_picked_points(text, name);
   if (extension == ".fcsv") return parse_fcsv(text, name);
-  throw IoError(name, "expected landmarks in .json, .pts, .pp, .mrk.json, .fcsv or .ljson, got '" + extension + "'");
+  if (extension == ".csv") return parse_landmark_csv(text, name);
+  if (extension == ".tlms") return parse_tlms(text, name);
+  if (extension == ".bnd") return parse_bnd(text, name);
+  if (extension == ".lm3") return parse_lm3(text, name);
+  throw IoError(name, kExpected + extension + "'");
 }
 
 template <int D>
@@ -57,12 +64,20 @@ RawLandmarks raw(const Map& landmarks, double offset) {
   return out;
 }
 
-template <typename Map>
-void write(const std::filesystem::path& path, const Map& landmarks, double pts_offset) {
+// The RawLandmarks must be in the convention of the format already.
+std::string format(const std::filesystem::path& path, const RawLandmarks& marks) {
   const std::string extension = lower_extension(path);
-  if (extension == ".json") return write_file(path, to_landmark_json(raw(landmarks, 0)));
-  if (extension == ".pts") return write_file(path, to_pts(raw(landmarks, pts_offset)));
-  throw IoError(path.string(), "landmarks are written as .json or .pts, got '" + extension + "'");
+  const bool markups = lower_extension(path.stem()) == ".mrk";
+  if (extension == ".json") return markups ? to_markups(marks) : to_landmark_json(marks);
+  if (extension == ".ljson") return to_ljson(marks);
+  if (extension == ".pts") return to_pts(marks);
+  if (extension == ".pp") return to_picked_points(marks);
+  if (extension == ".fcsv") return to_fcsv(marks);
+  if (extension == ".csv") return to_landmark_csv(marks);
+  if (extension == ".tlms") return to_tlms(marks);
+  if (extension == ".bnd") return to_bnd(marks);
+  if (extension == ".lm3") return to_lm3(marks);
+  throw IoError(path.string(), kExpected + extension + "'");
 }
 
 }  // namespace
@@ -81,10 +96,16 @@ ImageLandmarks read_image_landmarks(const std::filesystem::path& path) {
   return named<2>(marks, path.string());
 }
 
-void write_landmarks(const std::filesystem::path& path, const Landmarks& landmarks) { write(path, landmarks, 0); }
+void write_landmarks(const std::filesystem::path& path, const Landmarks& landmarks) {
+  write_file(path, format(path, raw(landmarks, 0)));
+}
 
 void write_image_landmarks(const std::filesystem::path& path, const ImageLandmarks& landmarks) {
-  write(path, landmarks, 1);
+  const std::string extension = lower_extension(path);
+  RawLandmarks marks = raw(landmarks, extension == ".pts" ? 1 : 0);
+  if (extension == ".ljson")
+    for (RawLandmark& mark : marks) std::swap(mark.x[0], mark.x[1]);
+  write_file(path, format(path, marks));
 }
 
 }  // namespace facewright

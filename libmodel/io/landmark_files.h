@@ -16,8 +16,14 @@ namespace facewright {
 ///   .mrk.json  Slicer markups: labels; RAS coordinates are turned into LPS (x and y change sign), so that they meet
 ///              meshes saved by Slicer; undefined points are left out
 ///   .fcsv      the same, older: the columns' label; a header without a coordinate system means RAS
-///   .ljson     menpo, versions 1 to 3: named "1", "2", ... in order (all groups one after the other); null points are
-///              left out and keep their number
+///   .ljson     menpo, versions 1 to 3: named "1", "2", ... in order (all groups one after the other) unless each
+///              point has a label of its own; null points are left out and keep their number
+///   .tlms      scalismo: name visible x y z; points that are not visible are left out
+///   .csv       name,x,y,z with or without a header (name or label, x, y, z, stddev in any order), or x,y,z alone:
+///              named "1", "2", ...
+///   .bnd       BU-3DFE: vertex x y z; named "bnd_1", "bnd_2", ..., since they are not the ibug landmarks of that
+///   number .lm3       Bosphorus: labels as they stand
+/// Names of other schemes: read_landmark_names (landmark_names.h).
 Landmarks read_landmarks(const std::filesystem::path& path);
 
 /// Reads 2D landmarks: pixels, the centre of the top-left pixel is (0, 0), y down.
@@ -26,8 +32,10 @@ Landmarks read_landmarks(const std::filesystem::path& path);
 ///   .ljson  menpo: points are (y, x), already counted from 0
 ImageLandmarks read_image_landmarks(const std::filesystem::path& path);
 
-/// Writes .json (exact) or .pts (names must be "1".."n" without gaps, else InvalidInput; standard deviations are
-/// dropped). 2D .pts adds 1. Written atomically.
+/// Writes any of these formats, atomically; numbers read back as the same. Only .json and .csv keep standard
+/// deviations. Throws InvalidInput for names that a format cannot hold: .pts needs "1".."n" without gaps, .bnd
+/// "bnd_1".."bnd_n", .tlms words without blanks; and for 2D landmarks in .pp, .mrk.json, .fcsv, .bnd and .lm3. Slicer's
+/// files are written in LPS, as read; 2D .pts adds 1.
 void write_landmarks(const std::filesystem::path& path, const Landmarks& landmarks);
 void write_image_landmarks(const std::filesystem::path& path, const ImageLandmarks& landmarks);
 

@@ -21,8 +21,20 @@ RawLandmarks parse_ljson(std::string_view text, const std::string& path);
 RawLandmarks parse_pts(std::string_view text, const std::string& path);
 RawLandmarks parse_picked_points(std::string_view text, const std::string& path);
 RawLandmarks parse_fcsv(std::string_view text, const std::string& path);
+RawLandmarks parse_landmark_csv(std::string_view text, const std::string& path);
+RawLandmarks parse_tlms(std::string_view text, const std::string& path);
+RawLandmarks parse_bnd(std::string_view text, const std::string& path);
+RawLandmarks parse_lm3(std::string_view text, const std::string& path);
 
 std::string to_landmark_json(const RawLandmarks& landmarks);
 std::string to_pts(const RawLandmarks& landmarks);
+std::string to_picked_points(const RawLandmarks& landmarks);
+std::string to_markups(const RawLandmarks& landmarks);
+std::string to_fcsv(const RawLandmarks& landmarks);
+std::string to_ljson(const RawLandmarks& landmarks);
+std::string to_landmark_csv(const RawLandmarks& landmarks);
+std::string to_tlms(const RawLandmarks& landmarks);
+std::string to_bnd(const RawLandmarks& landmarks);
+std::string to_lm3(const RawLandmarks& landmarks);
 
 }  // namespace facewright

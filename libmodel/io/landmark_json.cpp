@@ -74,6 +74,25 @@ RawLandmarks markups(const Json& root, const std::string& path) {
   return out;
 }
 
+// Names from labels of which each marks one point, if every point has one: {"label": l, "mask": [i]}, or a mask of
+// true and false.
+void name_by_labels(RawLandmarks& out, const Json& labels, size_t points) {
+  if (!labels.is_array() || labels.size() != points) return;
+  std::vector<std::string> names(points);
+  for (const Json& label : labels) {
+    const Json mask = label.value("mask", Json());
+    if (!mask.is_array() || !label.value("label", Json()).is_string()) return;
+    size_t at = points;
+    if (mask.size() == 1 && mask[0].is_number_unsigned())
+      at = mask[0].get<size_t>();
+    else if (mask.size() == points && std::count(mask.begin(), mask.end(), Json(true)) == 1)
+      at = static_cast<size_t>(std::find(mask.begin(), mask.end(), Json(true)) - mask.begin());
+    if (at >= points || !names[at].empty()) return;
+    names[at] = label["label"].get<std::string>();
+  }
+  for (RawLandmark& mark : out) mark.name = names[static_cast<size_t>(std::stoi(mark.name)) - 1];
+}
+
 void append_points(RawLandmarks& out, int& index, const Json& points, const std::string& path) {
   if (!points.is_array()) throw IoError(path, "expected 'points' to be a list");
   for (const Json& point : points) {
@@ -112,6 +131,11 @@ RawLandmarks parse_ljson(std::string_view text, const std::string& path) {
         }
     } else {
       append_points(out, index, root.at("landmarks").at("points"), path);
+    }
+    const bool one_group = !root.contains("groups") || (root["groups"].is_object() && root["groups"].size() == 1);
+    if (one_group && index > 1) {
+      const Json& group = root.contains("groups") ? root["groups"].front() : root;
+      name_by_labels(out, group.value("labels", Json()), static_cast<size_t>(index));
     }
   } catch (const Json::exception&) {
     throw IoError(path, "ljson: expected landmarks.points or groups.*.landmarks.points");

@@ -48,13 +48,22 @@ std::pair<std::string, bool> attribute(std::string_view tag, const std::string& 
   return {{}, false};
 }
 
+// Fields of a line, quotes as in RFC 4180.
 std::vector<std::string> split(std::string_view line, char separator) {
   std::vector<std::string> fields(1);
-  for (const char c : line) {
-    if (c == separator)
+  bool quoted = false;
+  for (size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"') {
+      if (quoted && i + 1 < line.size() && line[i + 1] == '"')
+        fields.back() += c, ++i;
+      else
+        quoted = !quoted;
+    } else if (c == separator && !quoted) {
       fields.emplace_back();
-    else
+    } else {
       fields.back() += c;
+    }
   }
   return fields;
 }

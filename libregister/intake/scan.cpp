@@ -23,7 +23,8 @@ std::string lower(std::string s) {
 }
 
 std::optional<fs::path> landmarks_beside(const fs::path& mesh) {
-  for (const char* extension : {".json", ".pts", ".pp", ".mrk.json", ".fcsv", ".ljson"}) {
+  for (const char* extension :
+       {".json", ".pts", ".pp", ".mrk.json", ".fcsv", ".ljson", ".tlms", ".csv", ".bnd", ".lm3"}) {
     fs::path candidate = mesh;
     candidate.replace_extension(extension);
     if (fs::exists(candidate)) return candidate;

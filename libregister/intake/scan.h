@@ -35,7 +35,8 @@ struct Scan {
 struct ScanFiles {
   std::string id;  ///< the mesh file's stem, or what its manifest says
   std::filesystem::path mesh;
-  std::optional<std::filesystem::path> landmarks;  ///< beside the mesh: ID.json, .pts, .pp, .mrk.json, .fcsv, .ljson
+  std::optional<std::filesystem::path> landmarks;  ///< beside the mesh: ID.json, .pts, .pp, .mrk.json, .fcsv,
+                                                   ///< .ljson, .tlms, .csv, .bnd, .lm3
   Units units = Units::automatic;                  ///< of this scan, if its manifest states them
 };
 

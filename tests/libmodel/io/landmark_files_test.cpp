@@ -137,7 +137,7 @@ TEST_F(LandmarkFiles, MalformedFilesAreRefusedWithTheirName) {
       {"b.fcsv", "id,1,2,z,0,0,0,1,1,1,0,31,,\n"},
       {"a.ljson", "{}"},
       {"b.ljson", "{\"landmarks\": {\"points\": 4}}"},
-      {"a.csv", "31,1,2,3"}};
+      {"a.txt", "31,1,2,3"}};
   for (const auto& [name, text] : bad) {
     try {
       read3(name, text);
