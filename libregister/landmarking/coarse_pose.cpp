@@ -9,6 +9,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/geometry/normals.h"
 #include "libregister/landmarking/mirror_plane.h"
+#include "libregister/landmarking/pose_sweep.h"
 
 namespace facewright {
 namespace {
@@ -113,22 +114,41 @@ FacePattern face_pattern(const Mesh& fine, const Mesh& coarse, const Eigen::Vect
 std::vector<CoarsePose> find_coarse_poses(const FacePattern& pattern, const PoseTarget& target,
                                           const CoarsePoseOptions& options) {
   const Vertices V = every(pattern.V, 4), normals = every(pattern.normals, 4);
-  std::vector<CoarsePose> poses;
+  struct Start {
+    Similarity S;
+    double mismatch;
+  };
+  std::vector<Start> starts;
   for (const Dome& dome : find_domes(target.mesh, target.normals, options.domes)) {
     const Eigen::Vector3d up = dome.axis.unitOrthogonal();
-    for (const Turn& turn :
-         best_turns(pattern.depth, polar_depth(target.mesh, target.normals, dome, up), options.turns))
-      poses.push_back(refine(pose_from(pattern, dome, up, turn.angle), V, normals, target, 12, 12, options));
+    for (const Turn& turn : best_turns(pattern.depth, polar_depth(target.mesh, target.normals, dome, up), 2))
+      starts.push_back({pose_from(pattern, dome, up, turn.angle), turn.mismatch});
   }
-  sort_best_first(&poses);
-  std::vector<CoarsePose> kept;
-  for (const CoarsePose& pose : poses) {
-    if (kept.size() == 4) break;
-    if (std::any_of(kept.begin(), kept.end(), [&](const CoarsePose& k) { return alike(k, pose); })) continue;
-    kept.push_back(refine(pose.scan_from_head, pattern.V, pattern.normals, target, 20, 8, options));
-  }
-  sort_best_first(&kept);
-  return kept;
+  std::stable_sort(starts.begin(), starts.end(),
+                   [](const Start& a, const Start& b) { return a.mismatch < b.mismatch; });
+  if (static_cast<int>(starts.size()) > options.starts) starts.resize(static_cast<size_t>(options.starts));
+  std::vector<CoarsePose> poses;
+  for (const Start& start : starts) poses.push_back(refine(start.S, V, normals, target, 12, 12, options));
+  // The best that differ, laid on with all points.
+  const auto best = [&] {
+    sort_best_first(&poses);
+    std::vector<CoarsePose> kept;
+    for (const CoarsePose& pose : poses) {
+      if (kept.size() == 4) break;
+      if (std::any_of(kept.begin(), kept.end(), [&](const CoarsePose& k) { return alike(k, pose); })) continue;
+      kept.push_back(refine(pose.scan_from_head, pattern.V, pattern.normals, target, 20, 8, options));
+    }
+    sort_best_first(&kept);
+    return kept;
+  };
+  const std::vector<CoarsePose> kept = best();
+  if (!kept.empty() && kept[0].score >= options.sure) return kept;
+  // No nose to begin with: it is a hole, or hidden.
+  for (const Eigen::Matrix3d& axes : {Eigen::Matrix3d(Eigen::Matrix3d::Identity()), principal_axes(target.mesh.V)})
+    for (const Eigen::Matrix3d& turn : cube_rotations())
+      for (const Similarity& S : swept_poses(target.mesh.V, target.normals, axes * turn, pattern.nose.tip))
+        poses.push_back(refine(S, V, normals, target, 8, 16, options));
+  return best();
 }
 
 CoarsePose straighten(const CoarsePose& pose, const FacePattern& pattern, const PoseTarget& target) {

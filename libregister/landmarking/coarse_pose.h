@@ -37,8 +37,9 @@ struct CoarsePose {
 };
 
 struct CoarsePoseOptions {
-  int domes = 20;             ///< places tried as the tip of the nose
-  int turns = 2;              ///< turns tried at each
+  int domes = 60;             ///< places compared with the tip of the nose
+  int starts = 30;            ///< of their turns, the most alike, from which points are iterated
+  double sure = 0.5;          ///< 0..1, score below which starts all over the surface are tried too
   double lowest_scale = 0.8;  ///< scan size over pattern size
   double highest_scale = 1.25;
 };

@@ -56,7 +56,8 @@ std::vector<Dome> find_domes(const Mesh& mesh, const Vertices& normals, int coun
   for (Eigen::Index i = 0; i < mesh.V.rows(); ++i) {
     if (skip[static_cast<size_t>(i)]) continue;
     Dome dome = dome_at(mesh, normals, grid, i, radius);
-    if (dome.prominence > 0.15) all.push_back(dome);
+    // A ball of this radius has 0.5 to 0.6; what is more is a spike.
+    if (dome.prominence > 0.15 && dome.prominence < 0.75) all.push_back(dome);
   }
   std::stable_sort(all.begin(), all.end(), [](const Dome& a, const Dome& b) { return a.prominence > b.prominence; });
   std::vector<Dome> kept;

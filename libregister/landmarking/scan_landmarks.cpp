@@ -131,7 +131,8 @@ struct ScanLandmarker::Search {
     FaceViewOptions millimetres = view;
     millimetres.size = static_cast<int>(view.field);
     std::vector<ViewAngle> angles;
-    for (const double yaw : {0.0, -25.0, 25.0}) angles.push_back({yaw * kRadians, 0});
+    for (const double yaw : {0.0, -25.0, 25.0, -50.0, 50.0}) angles.push_back({yaw * kRadians, 0});
+    angles.push_back({0, -25 * kRadians});  // chin and jaw from below
     PatchMatchOptions options;
     options.reach = reach;
     const std::vector<Landmarks> views =
