@@ -11,7 +11,9 @@
 namespace facewright {
 
 Mesh parse_obj(std::string_view text, const std::string& path);
-Mesh parse_ply(std::string_view bytes, const std::string& path);
+/// Positions that are not finite in binary files are refused, or kept for who can mend them.
+enum class NonFinite { refuse, keep };
+Mesh parse_ply(std::string_view bytes, const std::string& path, NonFinite non_finite = NonFinite::refuse);
 
 /// Gives the mesh texture coordinates per corner; collapses to one per vertex where corner and vertex indices agree.
 void set_wedge_uv(Mesh& mesh, TexCoords uv, Faces uv_faces);

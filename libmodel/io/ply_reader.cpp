@@ -113,7 +113,8 @@ double colour_scale(PlyType type) {
 template <typename Source>
 class PlyParser {
  public:
-  PlyParser(const PlyHeader& header, Source source) : header_(header), source_(std::move(source)) {}
+  PlyParser(const PlyHeader& header, Source source, NonFinite non_finite = NonFinite::refuse)
+      : header_(header), source_(std::move(source)), non_finite_(non_finite) {}
 
   Mesh parse() {
     bool has_vertices = false;
@@ -152,11 +153,14 @@ class PlyParser {
         if (slots[k] >= 0) value[slots[k]] = x;
       }
       for (const double x : value)
-        if (!std::isfinite(x)) source_.fail("vertex " + std::to_string(i) + " is not finite");
+        if (!std::isfinite(x) && non_finite_ == NonFinite::refuse)
+          source_.fail("vertex " + std::to_string(i) + " is not finite");
       mesh_.V.row(i) << value[0], value[1], value[2];
       if (coloured)
-        for (int k = 0; k < 3; ++k) mesh_.colours(i, k) = linear_from_srgb(std::clamp(value[3 + k] / scale, 0.0, 1.0));
-      if (textured) mesh_.uv.row(i) << value[6], value[7];
+        for (int k = 0; k < 3; ++k)
+          mesh_.colours(i, k) =
+              std::isfinite(value[3 + k]) ? linear_from_srgb(std::clamp(value[3 + k] / scale, 0.0, 1.0)) : 0;
+      if (textured) mesh_.uv.row(i) << (std::isfinite(value[6]) ? value[6] : 0), std::isfinite(value[7]) ? value[7] : 0;
     }
   }
 
@@ -233,6 +237,7 @@ class PlyParser {
 
   const PlyHeader& header_;
   Source source_;
+  NonFinite non_finite_;
   Mesh mesh_;
   std::vector<int> faces_, uv_faces_;
   std::vector<double> polygon_, coordinates_, uv_, ignored_;
@@ -240,12 +245,12 @@ class PlyParser {
 
 }  // namespace
 
-Mesh parse_ply(std::string_view bytes, const std::string& path) {
+Mesh parse_ply(std::string_view bytes, const std::string& path, NonFinite non_finite) {
   const PlyHeader header = parse_ply_header(bytes, path);
   const std::string_view body = bytes.substr(header.body_offset);
   if (header.encoding == PlyEncoding::ascii)
     return PlyParser(header, AsciiSource(body, path, header.body_line)).parse();
-  return PlyParser(header, BinarySource(body, path, header.encoding)).parse();
+  return PlyParser(header, BinarySource(body, path, header.encoding), non_finite).parse();
 }
 
 }  // namespace facewright

@@ -257,6 +257,23 @@ std::string FrameCandidate::words() const {
          ": outer eye distance " + number(eye_distance) + " units";
 }
 
+Handedness handedness_by_landmarks(const Landmarks& landmarks, const MultiresTemplate& reference) {
+  const Mesh base = reference.level_mesh(0);
+  const Landmarks ours = locate(reference.landmarks, base.V, base.F);
+  const std::vector<std::string> names = common_names(landmarks, ours);
+  if (names.size() < 6) return Handedness::automatic;
+  Vertices A(static_cast<Eigen::Index>(names.size()), 3), B(A.rows(), 3);
+  for (Eigen::Index i = 0; i < A.rows(); ++i) {
+    A.row(i) = ours.at(names[static_cast<size_t>(i)]).position.transpose();
+    B.row(i) = landmarks.at(names[static_cast<size_t>(i)]).position.transpose();
+  }
+  const double right = (fit_similarity(A, B).apply(A) - B).norm();
+  A.col(0) *= -1;
+  const double left = (fit_similarity(A, B).apply(A) - B).norm();
+  if (2 * right < left) return Handedness::right;
+  return 2 * left < right ? Handedness::left : Handedness::automatic;
+}
+
 FrameDetection detect_frame(const Mesh& mesh, const MultiresTemplate& t, const FrameOptions& options) {
   const Reference reference = prepare(t);
   const SurfaceSample sample = sample_surface(mesh.V, mesh.F, kSamples);

@@ -73,6 +73,10 @@ struct FrameDetection {
 /// InvalidInput for a mesh without area, or a reference without landmarks 31, 37, 46, 49 and 55.
 FrameDetection detect_frame(const Mesh& mesh, const MultiresTemplate& reference, const FrameOptions& options = {});
 
+/// What labelled landmarks tell: whether the reference's fit them better as they are or as their mirror image.
+/// Automatic if fewer than 6 names are common, or neither fits twice as well as the other.
+Handedness handedness_by_landmarks(const Landmarks& landmarks, const MultiresTemplate& reference);
+
 /// Millimetres, +x the subject's left, +y up, +z out of the face, triangles outward: positions multiplied by
 /// mm_per_unit and head_axes_from_file, nothing else is moved.
 void convert_to_head_axes(const FrameDetection& frame, Mesh* mesh, Landmarks* landmarks = nullptr);

@@ -15,7 +15,11 @@
 #include <unordered_map>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/io/atomic_file.h"
 #include "libmodel/io/mesh_files.h"
+#include "libmodel/io/mesh_formats.h"
+#include "libregister/intake/mesh_content.h"
+#include "libregister/intake/obj_materials.h"
 
 namespace facewright {
 namespace {
@@ -54,11 +58,13 @@ class Collector {
       const unsigned* i = m.mFaces[f].mIndices;
       faces_.push_back({vertex[i[0]], vertex[i[1]], vertex[i[2]]});
       uv_faces_.push_back({coordinate[i[0]], coordinate[i[1]], coordinate[i[2]]});
+      material_.push_back(m.mMaterialIndex);
     }
-    triangles_of_material_[m.mMaterialIndex] += static_cast<int>(m.mNumFaces);
   }
 
   void add(const Mesh& m) {
+    index_.reserve(static_cast<size_t>(m.V.rows()));
+    faces_.reserve(static_cast<size_t>(m.F.rows())), uv_faces_.reserve(static_cast<size_t>(m.F.rows()));
     std::vector<int> vertex(static_cast<size_t>(m.V.rows()));
     for (Eigen::Index i = 0; i < m.V.rows(); ++i) {
       const Eigen::Vector3f p = m.V.row(i).transpose().cast<float>();
@@ -66,6 +72,7 @@ class Collector {
       if (m.colours.rows() > 0) colour = m.colours.row(i).transpose();
       vertex[static_cast<size_t>(i)] = weld({p[0], p[1], p[2]}, colour);
     }
+    welded_ = static_cast<int>(m.V.rows() - static_cast<Eigen::Index>(positions_.size()));
     has_colours_ = has_colours_ || m.colours.rows() > 0;
     has_uv_ = has_uv_ || m.uv.rows() > 0;
     for (Eigen::Index i = 0; i < m.uv.rows(); ++i) uv_.push_back(m.uv.row(i).transpose());
@@ -95,7 +102,8 @@ class Collector {
     return mesh;
   }
 
-  const std::map<unsigned, int>& triangles_of_material() const { return triangles_of_material_; }
+  const std::vector<unsigned>& material_of_triangle() const { return material_; }
+  int welded() const { return welded_; }
 
  private:
   static Faces rows(const std::vector<std::array<int, 3>>& list) {
@@ -109,7 +117,9 @@ class Collector {
     return {linear_from_srgb(c.r), linear_from_srgb(c.g), linear_from_srgb(c.b)};
   }
 
-  int weld(const std::array<float, 3>& p, const Eigen::Vector3d& colour) {
+  int weld(std::array<float, 3> p, const Eigen::Vector3d& colour) {
+    for (float& x : p)
+      if (x == 0) x = 0;  // -0 and 0 are one place
     const auto [it, is_new] = index_.try_emplace(p, static_cast<int>(positions_.size()));
     if (is_new) {
       positions_.emplace_back(p[0], p[1], p[2]);
@@ -122,7 +132,8 @@ class Collector {
   std::vector<Eigen::Vector3d> positions_, colours_;
   std::vector<Eigen::Vector2d> uv_;
   std::vector<std::array<int, 3>> faces_, uv_faces_;
-  std::map<unsigned, int> triangles_of_material_;
+  std::vector<unsigned> material_;
+  int welded_ = 0;
   bool has_uv_ = false, has_colours_ = false;
 };
 
@@ -137,7 +148,19 @@ bool is_inside(const fs::path& file, const fs::path& folder) {
   return !relative.empty() && *relative.begin() != "..";
 }
 
-// The image of one material, looked for beside the mesh only: a path that leaves the folder is refused.
+// A picture that a mesh file names, looked for beside the mesh only: a path that leaves the folder is refused.
+fs::path find_picture(std::string name, const fs::path& folder, std::vector<std::string>* warnings) {
+  std::replace(name.begin(), name.end(), '\\', '/');
+  const fs::path file = folder / name;
+  if (!is_inside(file, folder))
+    warnings->push_back("texture '" + name + "' lies outside the scan's folder and was not read");
+  else if (!fs::exists(file))
+    warnings->push_back("texture '" + name + "' is missing; put it beside the scan, or the scan goes without colours");
+  else
+    return file;
+  return {};
+}
+
 fs::path texture_of(const aiScene& scene, unsigned material, const fs::path& folder,
                     std::vector<std::string>* warnings) {
   aiString name;
@@ -146,35 +169,45 @@ fs::path texture_of(const aiScene& scene, unsigned material, const fs::path& fol
   if (m.GetTexture(aiTextureType_DIFFUSE, 0, &name) != AI_SUCCESS &&
       m.GetTexture(aiTextureType_BASE_COLOR, 0, &name) != AI_SUCCESS)
     return {};
-  std::string text = name.C_Str();
-  std::replace(text.begin(), text.end(), '\\', '/');
-  if (text.starts_with("*")) {
+  if (std::string_view(name.C_Str()).starts_with("*")) {
     warnings->push_back("the texture is embedded in the file and was not read");
     return {};
   }
-  const fs::path file = folder / text;
-  if (!is_inside(file, folder))
-    warnings->push_back("texture '" + text + "' lies outside the scan's folder and was not read");
-  else if (!fs::exists(file))
-    warnings->push_back("texture '" + text + "' is missing");
-  else
-    return file;
-  return {};
+  return find_picture(name.C_Str(), folder, warnings);
 }
 
-fs::path main_texture(const aiScene& scene, const Collector& collector, const fs::path& folder,
-                      std::vector<std::string>* warnings) {
-  int most = 0, with_texture = 0;
-  fs::path best;
-  for (const auto& [material, count] : collector.triangles_of_material()) {
-    const fs::path texture = texture_of(scene, material, folder, warnings);
-    if (texture.empty()) continue;
-    ++with_texture;
-    if (count > most) best = texture, most = count;
+// One path per picture index (empty: not to be had), and the picture of each triangle.
+void set_textures(const std::vector<fs::path>& pictures, std::vector<int> of_triangle, ImportedMesh* result) {
+  std::vector<int> renumbered, count;
+  for (const fs::path& picture : pictures) {
+    const auto known = std::find(result->textures.begin(), result->textures.end(), picture);
+    renumbered.push_back(picture.empty() ? -1 : static_cast<int>(known - result->textures.begin()));
+    if (!picture.empty() && known == result->textures.end()) result->textures.push_back(picture);
   }
-  if (with_texture > 1)
-    warnings->push_back("the scan has " + std::to_string(with_texture) + " textures; only the largest part's was used");
-  return best;
+  count.assign(result->textures.size(), 0);
+  for (int& picture : of_triangle) {
+    if (picture >= 0) picture = renumbered[static_cast<size_t>(picture)];
+    if (picture >= 0) ++count[static_cast<size_t>(picture)];
+  }
+  if (result->textures.empty()) return;
+  result->texture = result->textures[static_cast<size_t>(std::max_element(count.begin(), count.end()) - count.begin())];
+  if (result->textures.size() > 1)
+    result->texture_of_triangle = std::move(of_triangle);
+  else
+    result->textures.clear();
+}
+
+void set_textures_of_scene(const aiScene& scene, const Collector& collector, const fs::path& folder,
+                           ImportedMesh* result) {
+  std::map<unsigned, int> place;
+  std::vector<fs::path> pictures;
+  std::vector<int> of_triangle;
+  for (const unsigned material : collector.material_of_triangle()) {
+    const auto [at, is_new] = place.try_emplace(material, static_cast<int>(pictures.size()));
+    if (is_new) pictures.push_back(texture_of(scene, material, folder, &result->warnings));
+    of_triangle.push_back(at->second);
+  }
+  set_textures(pictures, std::move(of_triangle), result);
 }
 
 std::string why_not(const std::string& assimp_error) {
@@ -186,7 +219,8 @@ std::string why_not(const std::string& assimp_error) {
 // PLY is read by libmodel/io: assimp 5.2 skips line ends after the header, of which the first bytes of binary data may
 // look like some; it then reads shifted values, or its assertions end the program.
 void import_ply(const fs::path& file, Collector* collector, ImportedMesh* result) {
-  collector->add(read_mesh(file));
+  collector->add(parse_ply(read_file(file), file.string(), NonFinite::keep));
+  if (lower_case(file.extension().string()) != ".ply") return;
   const std::optional<fs::path> texture = texture_file(file);
   if (texture && is_inside(*texture, file.parent_path()))
     result->texture = *texture;
@@ -194,16 +228,75 @@ void import_ply(const fs::path& file, Collector* collector, ImportedMesh* result
     result->warnings.push_back("texture '" + texture->string() + "' lies outside the scan's folder and was not read");
 }
 
-void import_with_assimp(const fs::path& file, Collector* collector, ImportedMesh* result) {
+void import_obj(const fs::path& file, const Mesh& mesh, Collector* collector, ImportedMesh* result) {
+  collector->add(mesh);
+  const ObjTextures textures = read_obj_textures(file);
+  result->warnings.insert(result->warnings.end(), textures.warnings.begin(), textures.warnings.end());
+  std::vector<fs::path> pictures;
+  for (const std::string& name : textures.pictures)
+    pictures.push_back(find_picture(name, file.parent_path(), &result->warnings));
+  if (static_cast<Eigen::Index>(textures.of_triangle.size()) == mesh.F.rows())
+    set_textures(pictures, textures.of_triangle, result);
+}
+
+void import_with_assimp(const fs::path& file, const std::string& format, Collector* collector, ImportedMesh* result) {
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   // JoinIdenticalVertices undoes assimp's one-vertex-per-corner reading of OBJ; SortByPType drops points and lines.
-  const aiScene* scene =
-      importer.ReadFile(file.string(), aiProcess_Triangulate | aiProcess_JoinIdenticalVertices | aiProcess_SortByPType);
+  const unsigned steps = aiProcess_Triangulate | aiProcess_JoinIdenticalVertices | aiProcess_SortByPType;
+  const aiScene* scene = nullptr;
+  if (format == lower_case(file.extension().string())) {
+    scene = importer.ReadFile(file.string(), steps);
+  } else {  // called something else than it is
+    const std::string bytes = read_file(file);
+    scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), steps, format.c_str() + 1);
+  }
   if (!scene || !scene->mRootNode)
     throw IoError(file.string(), "cannot be read as a mesh: " + why_not(importer.GetErrorString()));
   walk(*scene, *scene->mRootNode, aiMatrix4x4(), collector);
-  result->texture = main_texture(*scene, *collector, file.parent_path(), &result->warnings);
+  set_textures_of_scene(*scene, *collector, file.parent_path(), result);
+}
+
+// Our reader if it can, which is faster and keeps lines for its errors; assimp forgives more.
+void import_obj_or_ask_assimp(const fs::path& file, Collector* collector, ImportedMesh* result) {
+  std::optional<Mesh> mesh;
+  std::string refusal;
+  try {
+    mesh = parse_obj(read_file(file), file.string());
+  } catch (const IoError& error) {
+    refusal = error.what();
+  }
+  if (mesh) return import_obj(file, *mesh, collector, result);
+  try {
+    import_with_assimp(file, ".obj", collector, result);
+  } catch (const IoError&) {
+    throw IoError(file.string(), "cannot be read as a mesh: " + refusal);
+  }
+  result->warnings.push_back("not quite an OBJ file (" + refusal + "); what could be read was used");
+}
+
+// Leaves out the triangles with a corner that is nowhere.
+void drop_non_finite(ImportedMesh* result) {
+  Mesh& mesh = result->mesh;
+  Eigen::Index kept = 0;
+  for (Eigen::Index f = 0; f < mesh.F.rows(); ++f) {
+    bool finite = true;
+    for (int k = 0; k < 3; ++k) finite = finite && mesh.V.row(mesh.F(f, k)).allFinite();
+    if (!finite) continue;
+    mesh.F.row(kept) = mesh.F.row(f);
+    if (mesh.uv_faces.rows() > 0) mesh.uv_faces.row(kept) = mesh.uv_faces.row(f);
+    if (!result->texture_of_triangle.empty())
+      result->texture_of_triangle[static_cast<size_t>(kept)] = result->texture_of_triangle[static_cast<size_t>(f)];
+    ++kept;
+  }
+  result->non_finite_triangles = static_cast<int>(mesh.F.rows() - kept);
+  mesh.F.conservativeResize(kept, 3);
+  if (mesh.uv_faces.rows() > 0) mesh.uv_faces.conservativeResize(kept, 3);
+  if (!result->texture_of_triangle.empty()) result->texture_of_triangle.resize(static_cast<size_t>(kept));
+  for (Eigen::Index i = 0; i < mesh.V.rows(); ++i)
+    if (!mesh.V.row(i).allFinite()) mesh.V.row(i).setZero();
+  result->warnings.push_back("some vertices are not finite numbers; " + std::to_string(result->non_finite_triangles) +
+                             " triangles that use them were left out");
 }
 
 }  // namespace
@@ -222,15 +315,22 @@ ImportedMesh import_mesh(const fs::path& file) {
   if (bytes > (std::uintmax_t{1} << 32)) throw IoError(file.string(), "larger than 4 GiB, which no face scan is");
   Collector collector;
   ImportedMesh result;
-  if (lower_case(file.extension().string()) == ".ply")
+  const std::string extension = lower_case(file.extension().string()), content = mesh_format_by_content(file);
+  const std::string format = content.empty() ? extension : content;
+  if (format != extension)
+    result.warnings.push_back("the file is called " + extension + " but holds " + format.substr(1) + "; read as that");
+  if (format == ".ply")
     import_ply(file, &collector, &result);
+  else if (format == ".obj")
+    import_obj_or_ask_assimp(file, &collector, &result);
   else
-    import_with_assimp(file, &collector, &result);
+    import_with_assimp(file, format, &collector, &result);
   result.mesh = collector.mesh();
+  result.welded_vertices = collector.welded();
+  if (!result.mesh.V.allFinite()) drop_non_finite(&result);
   if (result.mesh.F.rows() == 0)
     throw IoError(file.string(),
                   "holds no triangles; point clouds must be meshed first (Poisson reconstruction, for instance)");
-  if (!result.mesh.V.allFinite()) throw IoError(file.string(), "a vertex position is not a finite number");
   return result;
 }
 

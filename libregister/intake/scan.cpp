@@ -10,7 +10,9 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/io/image_files.h"
 #include "libmodel/io/landmark_files.h"
+#include "libmodel/io/landmark_names.h"
 #include "libregister/intake/mesh_import.h"
+#include "libregister/intake/texture_atlas.h"
 
 namespace facewright {
 namespace {
@@ -51,7 +53,9 @@ std::optional<double> unit_for(double length, const KnownSize& size) {
 
 double extent(const Vertices& X) { return (X.colwise().maxCoeff() - X.colwise().minCoeff()).norm(); }
 
-const char* unit_name(double mm) { return mm == 1 ? "millimetres" : mm == 10 ? "centimetres" : "metres"; }
+const char* unit_name(double mm) {
+  return mm == 1 ? "millimetres" : mm == 10 ? "centimetres" : mm == 25.4 ? "inches" : "metres";
+}
 
 }  // namespace
 
@@ -60,7 +64,8 @@ Units units_from_name(const std::string& name) {
   if (name == "mm") return Units::mm;
   if (name == "cm") return Units::cm;
   if (name == "m") return Units::m;
-  throw InvalidInput("units: expected auto, mm, cm or m, got '" + name + "'");
+  if (name == "inch") return Units::inch;
+  throw InvalidInput("units: expected auto, mm, cm, m or inch, got '" + name + "'");
 }
 
 double detect_mm_per_unit(const Mesh& mesh, const Landmarks& landmarks, std::string* reason) {
@@ -125,43 +130,96 @@ std::vector<ScanFiles> find_scans(const Manifest& manifest) {
   return list;
 }
 
+namespace {
+
+double mm_of(Units units) {
+  switch (units) {
+    case Units::mm:
+      return 1;
+    case Units::cm:
+      return 10;
+    case Units::m:
+      return 1000;
+    case Units::inch:
+      return 25.4;
+    case Units::automatic:
+      break;
+  }
+  return 0;
+}
+
+// One picture for the mesh; several are merged. A picture that cannot be read is a warning.
+Image read_textures(const ImportedMesh& imported, Mesh* mesh, std::vector<std::string>* warnings) {
+  const auto read = [&](const fs::path& file) {
+    try {
+      return read_image(file);
+    } catch (const IoError& e) {
+      warnings->push_back(std::string("texture not used: ") + e.what());
+      return Image();
+    }
+  };
+  if (imported.texture.empty()) return {};
+  if (imported.textures.empty()) return read(imported.texture);
+  std::vector<Image> pictures;
+  for (const fs::path& file : imported.textures) pictures.push_back(read(file));
+  const auto empty = [](const Image& image) { return image.empty(); };
+  if (std::all_of(pictures.begin(), pictures.end(), empty)) return {};
+  return merge_pictures(pictures, imported.texture_of_triangle, mesh);
+}
+
+void scale_landmarks(Landmarks* landmarks, double factor) {
+  for (auto& entry : *landmarks) entry.second.position *= factor, entry.second.stddev *= factor;
+}
+
+// Units, axes, winding and handedness as the geometry tells them; units and handedness that landmarks tell stand.
+void settle_by_geometry(Scan* scan, Units units, const ScanOptions& options) {
+  FrameOptions frame = options.frame;
+  if (units != Units::automatic) frame.mm_per_unit = mm_of(units);
+  if (frame.mm_per_unit <= 0 && !scan->landmarks.empty())
+    frame.mm_per_unit = detect_mm_per_unit(scan->mesh, scan->landmarks, &scan->units_reason);
+  if (frame.handedness == Handedness::automatic)
+    frame.handedness = handedness_by_landmarks(scan->landmarks, *options.reference);
+  scan->frame = detect_frame(scan->mesh, *options.reference, frame);
+  const FrameDetection& found = *scan->frame;
+  require_decided(found);
+  scan->warnings.insert(scan->warnings.end(), found.summary.warnings.begin(), found.summary.warnings.end());
+  scan->mm_per_unit = found.mm_per_unit;
+  scan->units_reason = found.summary.explanation;
+  if (options.axes == ScanAxes::head) return convert_to_head_axes(found, &scan->mesh, &scan->landmarks);
+  FrameDetection kept = found;  // the file's axes, but right-handed
+  kept.head_axes_from_file = Eigen::Vector3d(found.mirrored ? -1 : 1, 1, 1).asDiagonal();
+  convert_to_head_axes(kept, &scan->mesh, &scan->landmarks);
+}
+
+void settle_units(Scan* scan, Units units) {
+  scan->mm_per_unit =
+      units == Units::automatic ? detect_mm_per_unit(scan->mesh, scan->landmarks, &scan->units_reason) : mm_of(units);
+  if (units != Units::automatic) scan->units_reason = std::string("given: ") + unit_name(scan->mm_per_unit);
+  scan->mesh.V *= scan->mm_per_unit;
+  scale_landmarks(&scan->landmarks, scan->mm_per_unit);
+}
+
+}  // namespace
+
 Scan load_scan(const ScanFiles& files, const ScanOptions& options) {
   Scan scan;
   scan.id = files.id;
   ImportedMesh imported = import_mesh(files.mesh);
   scan.warnings = imported.warnings;
+  scan.texture = read_textures(imported, &imported.mesh, &scan.warnings);
   RepairResult repaired = repair_mesh(imported.mesh, options.repair);
   scan.mesh = std::move(repaired.mesh);
   scan.repair = repaired.summary;
+  scan.repair.non_finite += imported.non_finite_triangles;
+  scan.welded_vertices = imported.welded_vertices;
   if (files.landmarks) scan.landmarks = read_landmarks(*files.landmarks);
+  if (options.landmark_names && !scan.landmarks.empty())
+    scan.landmarks = rename_landmarks(scan.landmarks, read_landmark_names(*options.landmark_names));
   const Units units = files.units != Units::automatic ? files.units : options.units;
-  switch (units) {
-    case Units::mm:
-      scan.mm_per_unit = 1;
-      break;
-    case Units::cm:
-      scan.mm_per_unit = 10;
-      break;
-    case Units::m:
-      scan.mm_per_unit = 1000;
-      break;
-    case Units::automatic:
-      scan.mm_per_unit = detect_mm_per_unit(scan.mesh, scan.landmarks, &scan.units_reason);
-      break;
-  }
-  if (units != Units::automatic) scan.units_reason = std::string("given: ") + unit_name(scan.mm_per_unit);
-  scan.mesh.V *= scan.mm_per_unit;
-  for (auto& entry : scan.landmarks) {
-    entry.second.position *= scan.mm_per_unit;
-    entry.second.stddev *= scan.mm_per_unit;
-  }
-  if (!imported.texture.empty()) {
-    try {
-      scan.texture = read_image(imported.texture);
-    } catch (const IoError& e) {
-      scan.warnings.push_back(std::string("texture not used: ") + e.what());
-    }
-  }
+  if (options.reference)
+    settle_by_geometry(&scan, units, options);
+  else
+    settle_units(&scan, units);
   return scan;
 }
 

@@ -11,12 +11,13 @@
 #include "libmodel/core/landmarks.h"
 #include "libmodel/core/mesh.h"
 #include "libmodel/io/manifest.h"
+#include "libregister/intake/frame_detection.h"
 #include "libregister/intake/repair.h"
 
 namespace facewright {
 
-enum class Units { automatic, mm, cm, m };
-/// "auto", "mm", "cm" or "m"; throws InvalidInput.
+enum class Units { automatic, mm, cm, m, inch };
+/// "auto", "mm", "cm", "m" or "inch"; throws InvalidInput.
 Units units_from_name(const std::string& name);
 
 /// A scan ready for registration: millimetres, manifold, with its landmarks.
@@ -28,6 +29,8 @@ struct Scan {
   double mm_per_unit = 1;
   std::string units_reason;  ///< how the units were found, in words
   RepairSummary repair;
+  int welded_vertices = 0;              ///< vertices of the file that repeated another's position
+  std::optional<FrameDetection> frame;  ///< if the geometry was asked (ScanOptions::reference)
   std::vector<std::string> warnings;
 };
 
@@ -48,13 +51,26 @@ std::vector<ScanFiles> find_scans(const std::filesystem::path& folder);
 /// InvalidInput for a file whose extension is none of a mesh.
 std::vector<ScanFiles> find_scans(const Manifest& manifest);
 
+/// Which axes a scan comes back in.
+enum class ScanAxes {
+  scanner,  ///< the file's; left-handed ones are mirrored back by negating x
+  head      ///< +x the subject's left, +y up, +z out of the face, to the nearest axes
+};
+
 struct ScanOptions {
   Units units = Units::automatic;
   RepairOptions repair;
+  /// Given: units, axes, winding and handedness are found from the geometry (frame_detection.h) unless landmarks tell
+  /// them; must outlive the call. Not given: units from landmarks or size, all else as it is in the file.
+  const MultiresTemplate* reference = nullptr;
+  FrameOptions frame;                                   ///< its mm_per_unit follows `units`
+  ScanAxes axes = ScanAxes::scanner;                    ///< head needs the reference
+  std::optional<std::filesystem::path> landmark_names;  ///< mapping of another scheme's names (landmark_names.h)
 };
 
 /// Reads, repairs and converts a scan to millimetres. Without landmarks the scan comes back with an empty table.
-/// Throws IoError for unreadable files, InvalidInput when the units cannot be told.
+/// Several pictures become one. Throws IoError for unreadable files, InvalidInput when the units, or with a reference
+/// the axes or the handedness, cannot be told; the message has the candidates and the remedy.
 Scan load_scan(const ScanFiles& files, const ScanOptions& options = {});
 
 /// Millimetres per unit of a scan: from the distance of the outer eye corners (landmarks 37 and 46; adults: 75 to 105
