@@ -27,6 +27,7 @@ struct BuildPipelineOptions {
   int jobs = 0;                  ///< scans registered at once, 0 = all cores; does not change a byte
   std::uint64_t seed = 1;        ///< of the pictures' random faces
   bool resume = false;           ///< keep scans whose inputs and options are unchanged since an earlier run
+  bool find_landmarks = true;  ///< on scans that lack some or all; false: use what is given
   ScanOptions scan;
   RegisterOptions registration;
   std::filesystem::path reference;            ///< a user's reference file or mesh, or empty: the built-in face

@@ -60,9 +60,10 @@ void write_landmark_vertices(const MultiresTemplate& reference, const OutputTree
 }
 
 // Registers all scans; results do not depend on the order in which threads take them.
-std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files, const LevelDecision& decision,
-                                      const BuildPipelineOptions& options, const OutputTree& tree,
-                                      const Progress& progress) {
+std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files,
+                                      const std::map<std::string, std::string>& without_landmarks,
+                                      const LevelDecision& decision, const BuildPipelineOptions& options,
+                                      const OutputTree& tree, const Progress& progress) {
   std::vector<ScanOutcome> outcomes(files.size());
   std::atomic<int> done{0};
   const std::string key = reference_key(decision);
@@ -71,7 +72,10 @@ std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files, const
   if (progress) progress({"registering", 0, total, ""});
   parallel_for(total, options.jobs, [&](int i) {
     const auto s = static_cast<size_t>(i);
-    outcomes[s] = process_scan(files[s], decision.reference, guide, key, options, tree);
+    const auto without = without_landmarks.find(files[s].id);
+    outcomes[s] = without == without_landmarks.end()
+                      ? process_scan(files[s], decision.reference, guide, key, options, tree)
+                      : left_out(files[s], "landmarks: " + without->second, tree);
     const int n = ++done;
     if (progress)
       progress({"registering", n, total,
@@ -80,7 +84,7 @@ std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files, const
   return outcomes;
 }
 
-constexpr const char* kScanFolders[] = {"registered", "scans", "problematic"};
+constexpr const char* kScanFolders[] = {"registered", "scans", "problematic", "landmarks"};
 
 // OUT/scans/ID.json would overwrite the landmarks of scans that lie in OUT/scans.
 void check_output(const std::vector<ScanFiles>& files, const OutputTree& tree) {
@@ -151,6 +155,10 @@ void write_build_json(const BuildPipelineOptions& options, const std::vector<Sca
   j["options"]["exclude"] = options.exclude;
   j["seed"] = options.seed;
   j["inputs"] = input_hashes(files);
+  j["landmarks"] = {{"given", s.landmarks.given},
+                    {"completed", s.landmarks.completed},
+                    {"found", s.landmarks.found},
+                    {"by_hand", s.landmarks.by_hand}};
   j["registered"] = s.registered;
   j["problematic"] = Json::object();
   for (const ScanOutcome& o : s.scans)
@@ -241,12 +249,14 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
   const ReferenceFace face = load_reference(options);
   fs::create_directories(tree.root);
   remove_strangers(files, tree);
+  if (options.find_landmarks) summary.landmarks = landmark_stage(&files, face, options, tree, progress);
+  clock.finish("landmarks");
   const LevelDecision decision = decide_levels(face, neutral_scans(files, entries), options, tree, progress);
   const MultiresTemplate& reference = decision.reference;
   summary.levels = decision.summary;
   write_landmark_vertices(reference, tree);
   clock.finish("levels");
-  summary.scans = register_all(files, decision, options, tree, progress);
+  summary.scans = register_all(files, summary.landmarks.failed, decision, options, tree, progress);
   for (const ScanOutcome& o : summary.scans) ++(o.registered ? summary.registered : summary.failed);
   clock.finish("registration");
   if (summary.registered < options.least_scans) {

@@ -10,6 +10,7 @@
 #include "libmodel/core/progress.h"
 #include "libmodel/core/registered_set.h"
 #include "pipelines/build_options.h"
+#include "pipelines/landmark_stage.h"
 #include "pipelines/level_decision.h"
 
 namespace facewright {
@@ -27,6 +28,7 @@ struct ScanOutcome {
 
 struct BuildPipelineSummary {
   std::vector<ScanOutcome> scans;  ///< in order of id
+  LandmarkStageSummary landmarks;  ///< whose landmarks are used
   LevelDecisionSummary levels;     ///< how the hierarchy was decided
   int registered = 0, failed = 0;
   int shape_modes = 0, colour_modes = 0, expression_modes = 0;

@@ -14,44 +14,15 @@
 #include "libmodel/io/csv.h"
 #include "libmodel/io/image_files.h"
 #include "libmodel/io/landmark_files.h"
-#include "libmodel/synthetic/appearance.h"
 #include "libregister/reference/reference_face.h"
 #include "pipelines/landmark_picture.h"
+#include "pipelines/landmarker_pool.h"
 #include "pipelines/reference_file.h"
 
 namespace facewright {
 namespace {
 
 namespace fs = std::filesystem;
-
-Colours painted(const Vertices& V) {
-  const SkinPainter paint{Appearance{}};
-  Colours colours(V.rows(), 3);
-  for (Eigen::Index i = 0; i < V.rows(); ++i) colours.row(i) = paint(V.row(i).transpose()).transpose();
-  return colours;
-}
-
-// Landmarkers are made once and copied for each thread that asks at the same time.
-class LandmarkerPool {
- public:
-  explicit LandmarkerPool(ScanLandmarker first) : first_(std::move(first)) {}
-  ScanLandmarker take() {
-    const std::lock_guard lock(mutex_);
-    if (free_.empty()) return first_.copy();
-    ScanLandmarker landmarker = std::move(free_.back());
-    free_.pop_back();
-    return landmarker;
-  }
-  void give_back(ScanLandmarker landmarker) {
-    const std::lock_guard lock(mutex_);
-    free_.push_back(std::move(landmarker));
-  }
-
- private:
-  ScanLandmarker first_;
-  std::mutex mutex_;
-  std::vector<ScanLandmarker> free_;
-};
 
 struct Places {
   fs::path landmarks, picture, problem;
@@ -115,11 +86,9 @@ LandmarkedScan landmark_one(const ScanFiles& files, const LandmarkScansOptions& 
   try {
     scan = load_scan(files, options.scan);
     outcome.units = scan.units_reason;
-    ScanLandmarker landmarker = pool.take();
     FindLandmarksOptions find = options.find;
     find.threads = threads;
-    result = landmarker.find(scan.mesh, scan.texture, find);
-    pool.give_back(std::move(landmarker));
+    result = pool.find(scan.mesh, scan.texture, find);
     outcome.summary = result.summary;
     outcome.found = result.summary.found;
     outcome.reason = result.summary.reason;
@@ -179,9 +148,7 @@ LandmarkScansSummary landmark_scans(const LandmarkScansOptions& options, const P
   const MultiresTemplate reference =
       options.reference.empty() ? default_reference() : build_template(load_reference_file(options.reference));
   LandmarkScansSummary summary;
-  // The built-in face is painted as its people are; a reference of one's own has no colours.
-  const Colours colours = options.reference.empty() ? painted(reference.V) : Colours();
-  ScanLandmarker first(reference, options.method, options.predictor, colours);
+  ScanLandmarker first = make_scan_landmarker(reference, options.reference.empty(), options.method, options.predictor);
   summary.used_pictures = first.uses_pictures();
   LandmarkerPool pool(std::move(first));
   const int n = static_cast<int>(files.size()), jobs = options.jobs > 0 ? options.jobs : hardware_threads();

@@ -111,9 +111,9 @@ void write_problem(const std::string& id, const ScanFiles& files, const std::str
 }
 
 constexpr const char* kNoLandmarks =
-    "landmarks: none were found beside the scan. Put a file ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson with at "
-    "least 3 "
-    "(better 12 or more) ibug landmarks there.";
+    "landmarks: there are none beside the scan. Put a file ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson with at "
+    "least "
+    "3 (better 12 or more) ibug landmarks there, or let them be found.";
 
 }  // namespace
 
@@ -153,6 +153,14 @@ ScanOutcome process_scan(const ScanFiles& files, const MultiresTemplate& referen
   }
   outcome.seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count() - started;
+  return outcome;
+}
+
+ScanOutcome left_out(const ScanFiles& files, const std::string& reason, const OutputTree& tree) {
+  ScanOutcome outcome;
+  outcome.id = files.id;
+  outcome.reason = reason;
+  write_problem(files.id, files, reason, tree);
   return outcome;
 }
 

@@ -17,6 +17,9 @@ namespace facewright {
 ScanOutcome process_scan(const ScanFiles& files, const MultiresTemplate& reference, const AppearanceGuide& guide,
                          const std::string& reference_key, const BuildPipelineOptions& options, const OutputTree& tree);
 
+/// A scan that nothing can be made of: writes OUT/problematic/ID.txt.
+ScanOutcome left_out(const ScanFiles& files, const std::string& reason, const OutputTree& tree);
+
 /// The registered scans as they lie on disk, in the order of `ids`.
 RegisteredSet read_registered_set(const std::vector<std::string>& ids, const MultiresTemplate& reference,
                                   const OutputTree& tree);

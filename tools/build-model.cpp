@@ -49,6 +49,12 @@ void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
   report(common, "build-model: " + std::to_string(s.registered) + " of " + std::to_string(s.scans.size()) +
                      " scans registered; " + std::to_string(s.shape_modes) + " shape and " +
                      std::to_string(s.colour_modes) + " colour modes; levels " + levels);
+  const LandmarkStageSummary& marks = s.landmarks;
+  if (marks.found + marks.completed + marks.by_hand > 0)
+    report(common, "build-model: landmarks: of " + std::to_string(marks.found) + " scans found, of " +
+                       std::to_string(marks.completed) + " completed, of " + std::to_string(marks.by_hand) +
+                       " by hand; look at the pictures in " + (common.output / "landmarks").string() +
+                       " and correct with landmark-scan --edit");
   for (const auto& [id, reason] : s.pruned) std::cerr << "build-model: " << id << " " << reason << "\n";
   for (const std::string& who : s.without_neutral)
     std::cerr << "build-model: " << who << " has expressions but no neutral scan that could be used: no part of them\n";
@@ -66,8 +72,7 @@ void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app("Builds a multi-resolution 3D morphable face model from a folder of scans with landmarks.",
-               "build-model");
+  CLI::App app("Builds a multi-resolution 3D morphable face model from a folder of scans.", "build-model");
   CommonOptions common;
   add_common_options(
       app, common,
@@ -76,11 +81,12 @@ int main(int argc, char** argv) {
   BuildPipelineOptions options;
   std::string denoise = "auto", gpa = "rigid", gains = "none", criterion = "deviation", reference, reference_landmarks;
   std::vector<std::string> levels = {"surrey"};
-  bool no_mirror = false, asymmetric = false, own_shape = false;
+  bool no_mirror = false, no_landmarking = false, asymmetric = false, own_shape = false;
   app.add_option(
          "scans", options.scans,
-         "Folder of scans (OBJ, PLY, STL, OFF, glTF) with ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson beside each; "
-         "or a manifest: CSV with a column file, and id, landmarks, subject, expression, group, age, units")
+         "Folder of scans (OBJ, PLY, STL, OFF, glTF), with ID.json, .pts, .pp, .mrk.json, .fcsv or .ljson beside those "
+         "whose landmarks are known; or a manifest: CSV with a column file, and id, landmarks, subject, expression, "
+         "group, age, units")
       ->required();
   app.add_option("--levels", levels, "Vertex counts of the model's levels, increasing; surrey: 3448,16759,29587")
       ->delimiter(',')
@@ -116,6 +122,8 @@ int main(int argc, char** argv) {
   app.add_option("--landmark-stddev", options.registration.landmark_stddev,
                  "Precision of landmarks that state none, mm")
       ->check(CLI::Range(0.01, 20.0));
+  app.add_flag("--no-landmarking", no_landmarking,
+               "Find no landmarks: scans without a landmark file are left out, names that a file lacks are missing");
   app.add_flag("--no-mirror", no_mirror, "Do not fill unseen parts from the other side of the face");
   app.add_option("--reference", reference,
                  "Your own reference instead of the built-in face: a file of make-reference, or a mesh with")
@@ -129,6 +137,7 @@ int main(int argc, char** argv) {
     options.resume = common.resume;
     options.scan.units = units_from_name(common.units);
     options.registration.denoise.method = denoise_from_name(denoise);
+    options.find_landmarks = !no_landmarking;
     options.registration.use_mirror = !no_mirror;
     options.levels = levels_from(levels);
     options.criterion = criterion_from_name(criterion);

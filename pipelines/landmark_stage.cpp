@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+// Facewright: multi-resolution 3D morphable face models.
+#include "pipelines/landmark_stage.h"
+
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "libmodel/core/errors.h"
+#include "libmodel/core/parallel.h"
+#include "libmodel/io/atomic_file.h"
+#include "libmodel/io/image_files.h"
+#include "libmodel/io/landmark_files.h"
+#include "libmodel/io/mesh_files.h"
+#include "libmodel/io/sha256.h"
+#include "pipelines/landmark_picture.h"
+#include "pipelines/landmarker_pool.h"
+#include "pipelines/scan_stage.h"
+
+namespace facewright {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr int kFirstInner = 18, kLastInner = 68;  // of ibug's; the jaw before them has no points of its own
+
+bool has_all(const Landmarks& landmarks) {
+  for (int i = kFirstInner; i <= kLastInner; ++i)
+    if (landmarks.count(std::to_string(i)) == 0) return false;
+  return true;
+}
+
+// What is remembered of the files that were found: what from, and what they were.
+struct Record {
+  std::string key, sha256;
+};
+
+std::map<std::string, Record> read_records(const OutputTree& tree) {
+  std::map<std::string, Record> records;
+  if (!fs::exists(tree.found_landmarks())) return records;
+  const Json table = Json::parse(read_file(tree.found_landmarks()), nullptr, false);
+  if (!table.is_object()) return records;
+  for (const auto& [id, entry] : table.items())
+    if (entry.is_object()) records[id] = {entry.value("key", ""), entry.value("sha256", "")};
+  return records;
+}
+
+void write_records(const std::map<std::string, Record>& records, const OutputTree& tree) {
+  Json table = Json::object();
+  for (const auto& [id, record] : records) table[id] = {{"key", record.key}, {"sha256", record.sha256}};
+  write_file(tree.found_landmarks(), table.dump(1) + "\n");
+}
+
+std::string key_of(const ScanFiles& files, const BuildPipelineOptions& options) {
+  std::string material = std::string(FACEWRIGHT_VERSION) + sha256(read_file(files.mesh)) +
+                         std::to_string(static_cast<int>(files.units)) +
+                         std::to_string(static_cast<int>(options.scan.units));
+  if (const auto texture = texture_file(files.mesh)) material += sha256(read_file(*texture));
+  if (files.landmarks) material += sha256(read_file(*files.landmarks));
+  for (const fs::path& file : {options.reference, options.reference_landmarks})
+    if (!file.empty()) material += sha256(read_file(file));
+  return sha256(material);
+}
+
+// The landmarks that are missing from the scan's own, found; in the file's units.
+Landmarks completed(const ScanFiles& files, const BuildPipelineOptions& options, LandmarkerPool& pool,
+                    const fs::path& picture) {
+  const Scan scan = load_scan(files, options.scan);
+  const FindLandmarksResult result = pool.find(scan.mesh, scan.texture, {.threads = 1});
+  std::vector<std::string> text = {files.id};
+  if (!result.summary.found) text.push_back(result.summary.reason);
+  if (!result.summary.doubt.empty()) text.push_back("to be looked at: " + result.summary.doubt);
+  write_png(picture, landmark_picture(scan, result, text));
+  if (!result.summary.found) throw InvalidInput(result.summary.reason);
+  Landmarks all = scan.landmarks;
+  all.insert(result.landmarks.begin(), result.landmarks.end());
+  for (auto& [name, mark] : all) {
+    mark.position /= scan.mm_per_unit;
+    mark.stddev /= scan.mm_per_unit;
+  }
+  return all;
+}
+
+enum class Standing { given, by_hand, kept, wanted };
+
+// What a scan has already.
+Standing standing_of(const ScanFiles& files, const std::map<std::string, Record>& records, const std::string& key,
+                     const BuildPipelineOptions& options, const OutputTree& tree) {
+  const auto record = records.find(files.id);
+  if (fs::exists(tree.landmarks(files.id))) {
+    const bool ours = record != records.end() && record->second.sha256 == sha256(read_file(tree.landmarks(files.id)));
+    if (!ours) return Standing::by_hand;
+    if (options.resume && record->second.key == key) return Standing::kept;
+  }
+  return files.landmarks && has_all(read_landmarks(*files.landmarks)) ? Standing::given : Standing::wanted;
+}
+
+}  // namespace
+
+LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const ReferenceFace& reference,
+                                    const BuildPipelineOptions& options, const OutputTree& tree,
+                                    const Progress& progress) {
+  LandmarkStageSummary summary;
+  std::map<std::string, Record> records = read_records(tree);
+  std::vector<ScanFiles*> wanted;
+  for (ScanFiles& f : *files) {
+    std::string key;
+    Standing standing = Standing::given;  // a scan that cannot be read is for its registration to explain
+    try {
+      key = key_of(f, options);
+      standing = standing_of(f, records, key, options, tree);
+    } catch (const IoError&) {
+    }
+    const bool has_own = f.landmarks.has_value();
+    if (standing == Standing::by_hand || standing == Standing::kept) f.landmarks = tree.landmarks(f.id);
+    if (standing == Standing::given) ++summary.given;
+    if (standing == Standing::by_hand) ++summary.by_hand;
+    if (standing == Standing::kept) ++(has_own ? summary.completed : summary.found);
+    if (standing == Standing::wanted) wanted.push_back(&f), records[f.id] = {key, ""};
+  }
+  if (wanted.empty()) return summary;
+
+  const MultiresTemplate face = options.reference.empty() ? default_reference() : build_template(reference);
+  LandmarkerPool pool(make_scan_landmarker(face, options.reference.empty(), LandmarkMethod::automatic));
+  std::mutex mutex;
+  const int total = static_cast<int>(wanted.size());
+  int done = 0;
+  if (progress) progress({"landmarks", 0, total, ""});
+  parallel_for(total, options.jobs, [&](int i) {
+    ScanFiles& scan = *wanted[static_cast<size_t>(i)];
+    Landmarks marks;
+    std::string reason;
+    try {
+      marks = completed(scan, options, pool, tree.landmark_picture(scan.id));
+    } catch (const InvalidInput& error) {
+      reason = error.what();
+    } catch (const IoError& error) {
+      reason = error.what();
+    }
+    if (reason.empty()) write_landmarks(tree.landmarks(scan.id), marks);
+    const std::lock_guard lock(mutex);
+    if (reason.empty()) {
+      records[scan.id].sha256 = sha256(read_file(tree.landmarks(scan.id)));
+      ++(scan.landmarks ? summary.completed : summary.found);
+      scan.landmarks = tree.landmarks(scan.id);
+    } else {
+      records.erase(scan.id);
+      std::error_code ignored;
+      fs::remove(tree.landmarks(scan.id), ignored);  // of an earlier run
+      if (!scan.landmarks) summary.failed[scan.id] = reason;
+    }
+    if (progress) progress({"landmarks", ++done, total, scan.id + (reason.empty() ? "" : ": " + reason)});
+  });
+  write_records(records, tree);
+  return summary;
+}
+
+}  // namespace facewright
