@@ -32,9 +32,9 @@ bool has_all(const Landmarks& landmarks) {
   return true;
 }
 
-// What is remembered of the files that were found: what from, and what they were.
+// What is remembered of a search: what in, and the file that came of it, or why none.
 struct Record {
-  std::string key, sha256;
+  std::string key, sha256, reason;
 };
 
 std::map<std::string, Record> read_records(const OutputTree& tree) {
@@ -43,13 +43,19 @@ std::map<std::string, Record> read_records(const OutputTree& tree) {
   const Json table = Json::parse(read_file(tree.found_landmarks()), nullptr, false);
   if (!table.is_object()) return records;
   for (const auto& [id, entry] : table.items())
-    if (entry.is_object()) records[id] = {entry.value("key", ""), entry.value("sha256", "")};
+    if (entry.is_object()) records[id] = {entry.value("key", ""), entry.value("sha256", ""), entry.value("reason", "")};
   return records;
 }
 
 void write_records(const std::map<std::string, Record>& records, const OutputTree& tree) {
   Json table = Json::object();
-  for (const auto& [id, record] : records) table[id] = {{"key", record.key}, {"sha256", record.sha256}};
+  for (const auto& [id, record] : records) {
+    table[id] = {{"key", record.key}};
+    if (record.reason.empty())
+      table[id]["sha256"] = record.sha256;
+    else
+      table[id]["reason"] = record.reason;
+  }
   write_file(tree.found_landmarks(), table.dump(1) + "\n");
 }
 
@@ -83,7 +89,7 @@ Landmarks completed(const ScanFiles& files, const BuildPipelineOptions& options,
   return all;
 }
 
-enum class Standing { given, by_hand, kept, wanted };
+enum class Standing { given, by_hand, kept, in_vain, wanted };
 
 // What a scan has already.
 Standing standing_of(const ScanFiles& files, const std::map<std::string, Record>& records, const std::string& key,
@@ -94,6 +100,8 @@ Standing standing_of(const ScanFiles& files, const std::map<std::string, Record>
     if (!ours) return Standing::by_hand;
     if (options.resume && record->second.key == key) return Standing::kept;
   }
+  if (options.resume && record != records.end() && record->second.key == key && !record->second.reason.empty())
+    return Standing::in_vain;
   return files.landmarks && has_all(read_landmarks(*files.landmarks)) ? Standing::given : Standing::wanted;
 }
 
@@ -118,7 +126,8 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
     if (standing == Standing::given) ++summary.given;
     if (standing == Standing::by_hand) ++summary.by_hand;
     if (standing == Standing::kept) ++(has_own ? summary.completed : summary.found);
-    if (standing == Standing::wanted) wanted.push_back(&f), records[f.id] = {key, ""};
+    if (standing == Standing::wanted) wanted.push_back(&f), records[f.id] = {key, "", ""};
+    if (standing == Standing::in_vain && !has_own) summary.failed[f.id] = records[f.id].reason;
   }
   if (wanted.empty()) return summary;
 
@@ -146,7 +155,7 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
       ++(scan.landmarks ? summary.completed : summary.found);
       scan.landmarks = tree.landmarks(scan.id);
     } else {
-      records.erase(scan.id);
+      records[scan.id].reason = reason;
       std::error_code ignored;
       fs::remove(tree.landmarks(scan.id), ignored);  // of an earlier run
       if (!scan.landmarks) summary.failed[scan.id] = reason;

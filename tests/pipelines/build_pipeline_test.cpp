@@ -45,6 +45,7 @@ class BuildPipeline : public ::testing::Test {
     o.scans = scans();
     o.output = *folder_ / output;
     o.jobs = jobs;
+    o.find_landmarks = false;  // landmark_stage_test.cpp
     return o;
   }
   static OutputTree tree() { return {*folder_ / "out"}; }
