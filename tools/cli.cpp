@@ -30,7 +30,19 @@ void add_common_options(CLI::App& app, CommonOptions& common, CommonFlags flags,
   if (has(flags, CommonFlags::seed)) app.add_option("--seed", common.seed, "Seed of everything random");
   if (has(flags, CommonFlags::units))
     app.add_option("--units", common.units, "Length unit of the input files")
-        ->check(CLI::IsMember({"auto", "mm", "cm", "m"}));
+        ->check(CLI::IsMember({"auto", "mm", "cm", "m", "inch"}));
+  if (has(flags, CommonFlags::axes)) {
+    const CLI::IsMember axis({"auto", "x", "+x", "-x", "y", "+y", "-y", "z", "+z", "-z"});
+    app.add_option("--up", common.up,
+                   "Axis of the scans that points to the crown, as in --up=-y; where no landmarks are given")
+        ->check(axis);
+    app.add_option("--front", common.front,
+                   "Axis of the scans that the nose points along; where no landmarks are given")
+        ->check(axis);
+    app.add_option("--handedness", common.handedness,
+                   "Whether the scans' axes are right- or left-handed (mirrored); where no landmarks are given")
+        ->check(CLI::IsMember({"auto", "right", "left"}));
+  }
   if (has(flags, CommonFlags::resume))
     app.add_flag("--resume", common.resume, "Keep the finished work of an earlier run")->configurable(false);
   auto* quiet = app.add_flag("-q,--quiet", common.quiet, "Print errors only")->configurable(false);
@@ -46,7 +58,7 @@ std::string config_line(const CLI::Option& option) {
   std::string value;
   if (option.count() > 0)
     value = CLI::detail::ini_join(option.reduced_results(), kSeparator, kOpen, kClose, kQuote, kCharacter);
-  else if (!preset.empty())
+  else if (!preset.empty() && preset != "[]")  // an empty list is no value that could be read back
     value = preset.front() == kOpen ? preset : CLI::detail::convert_arg_for_ini(preset, kQuote, kCharacter);
   return value.empty() ? "" : option.get_single_name() + "=" + value + "\n";
 }

@@ -23,7 +23,10 @@ Image frontal_view(const Mesh& mesh, const Image& isomap, int size, int threads)
   return textured_view(mesh, isomap, size, 0, 0, threads);
 }
 
-Image fit_overlay(const Image& image, const Vertices& V, const Faces& F, const FitResult& fit) {
+namespace {
+
+template <typename Fit>
+Image overlay(const Image& image, const Vertices& V, const Faces& F, const Fit& fit) {
   Image out = to_rgb(image);
   draw_wireframe(out, V, F, fit.camera, {90, 170, 255}, 0.25);
   const double radius = std::max(2.0, fit.summary.outer_eye_distance_px / 50);
@@ -34,22 +37,50 @@ Image fit_overlay(const Image& image, const Vertices& V, const Faces& F, const F
   return out;
 }
 
+/// Mesh, texture and pictures of a fit.
+template <typename Fit, typename Options>
+void show(const MorphableModel& model, const Image& image, const Fit& fit, const Options& options, FittedFace& face) {
+  face.mesh = fitted_mesh(model, fit, options.level);
+  if (face.mesh.has_uv()) {
+    TextureOptions texture = options.texture;
+    texture.threads = options.threads;
+    const IsomapTexels texels = isomap_texels(face.mesh, texture.size);
+    face.texture = extract_texture(face.mesh, texels, image, fit.camera, texture);
+    face.completed = complete_texture(model, options.level, face.texture.isomap, texels, options.completion);
+  }
+  face.frontal = frontal_view(face.mesh, face.completed.texture, options.frontal_size, options.threads);
+  const int coarse = model.vertex_count(0);  // a finer wireframe would hide the image
+  face.overlay = fit_overlay(image, face.mesh.V.topRows(coarse), model.faces(0), fit);
+}
+
+}  // namespace
+
+Image fit_overlay(const Image& image, const Vertices& V, const Faces& F, const FitResult& fit) {
+  return overlay(image, V, F, fit);
+}
+
+Image fit_overlay(const Image& image, const Vertices& V, const Faces& F, const PerspectiveFitResult& fit) {
+  return overlay(image, V, F, fit);
+}
+
 FitModelResult fit_model(const MorphableModel& model, const Image& image, const ImageLandmarks& landmarks,
                          const FitModelOptions& options, const LandmarkMapper& mapper) {
   if (image.empty()) throw InvalidInput("fit: the image is empty");
   FitModelResult result;
   result.fit = fit_landmarks(model, landmarks, options.fit, mapper);
-  result.mesh = fitted_mesh(model, result.fit, options.level);
-  if (result.mesh.has_uv()) {
-    TextureOptions texture = options.texture;
-    texture.threads = options.threads;
-    const IsomapTexels texels = isomap_texels(result.mesh, texture.size);
-    result.texture = extract_texture(result.mesh, texels, image, result.fit.camera, texture);
-    result.completed = complete_texture(model, options.level, result.texture.isomap, texels, options.completion);
-  }
-  result.frontal = frontal_view(result.mesh, result.completed.texture, options.frontal_size, options.threads);
-  const int coarse = model.vertex_count(0);  // a finer wireframe would hide the image
-  result.overlay = fit_overlay(image, result.mesh.V.topRows(coarse), model.faces(0), result.fit);
+  show(model, image, result.fit, options, result);
+  return result;
+}
+
+PerspectiveModelResult fit_model(const MorphableModel& model, const Image& image, const ImageLandmarks& landmarks,
+                                 const PerspectiveModelOptions& options, const LandmarkMapper& mapper) {
+  if (image.empty()) throw InvalidInput("fit: the image is empty");
+  PerspectiveFitOptions fit = options.fit;
+  if (options.centred) fit.camera.principal = Eigen::Vector2d(image.width - 1, image.height - 1) / 2;
+  if (fit.camera.prior_focal_px <= 0) fit.camera.prior_focal_px = 1.2 * std::max(image.width, image.height);
+  PerspectiveModelResult result;
+  result.fit = fit_landmarks_perspective(model, landmarks, fit, mapper);
+  show(model, image, result.fit, options, result);
   return result;
 }
 

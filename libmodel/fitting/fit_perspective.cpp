@@ -5,9 +5,12 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/fitting/bounded_least_squares.h"
 #include "libmodel/fitting/fit_shape.h"
+#include "libmodel/fitting/image_fit.h"
 
 namespace facewright {
 namespace {
@@ -30,8 +33,10 @@ class PerspectiveFit {
  public:
   PerspectiveFit(const MorphableModel& model, const ImageLandmarks& landmarks, const PerspectiveFitOptions& options,
                  const LandmarkMapper& mapper)
-      : options_(options), seen_(observations(landmarks, model, mapper)), focal_is_free_(options.camera.focal_px <= 0) {
-    check(options.fit);
+      : options_((check(options.fit), options)),
+        context_(model, options_.fit, mapper),
+        seen_(observations(landmarks, model, mapper)),
+        focal_is_free_(options.camera.focal_px <= 0) {
     for (const auto& [name, mark] : landmarks)
       if (std::none_of(seen_.begin(), seen_.end(), [&, &n = name](const Observation& o) { return o.name == n; }))
         result_.summary.unknown.push_back(name);
@@ -39,18 +44,22 @@ class PerspectiveFit {
       throw InvalidInput("perspective fit: expected at least 4 landmarks that the model has, got " +
                          std::to_string(seen_.size()) + " of " + std::to_string(landmarks.size()) +
                          "; check the landmark names against the model's");
-    if (options.fit.expression.mode == ExpressionMode::blendshapes)
-      throw InvalidInput("perspective fit: blendshapes are not fitted with a perspective camera; choose modes or none");
-    const bool none = options.fit.expression.mode == ExpressionMode::none || !model.expression();
-    const PcaModel* expression = none ? nullptr : &*model.expression();
-    local_ = landmark_shape_model(seen_, model.shape(), options.fit.modes, expression);
-    expression_modes_ = expression ? expression->mode_count() : 0;
-    pixels_.resize(static_cast<Eigen::Index>(seen_.size()), 2);
-    for (size_t k = 0; k < seen_.size(); ++k) pixels_.row(static_cast<Eigen::Index>(k)) = seen_[k].pixel.transpose();
+    const auto K = static_cast<Eigen::Index>(seen_.size());
+    pixels_.resize(K, 2);
+    context_.rows.resize(local_, K);
+    for (Eigen::Index k = 0; k < K; ++k) {
+      pixels_.row(k) = seen_[static_cast<size_t>(k)].pixel.transpose();
+      context_.rows.put(local_, k, seen_[static_cast<size_t>(k)].vertex);
+    }
+    ridge_.resize(local_.basis.cols());
+    ridge_ << Eigen::VectorXd::Constant(context_.rows.shape_modes(), options.fit.lambda), context_.expression_ridge;
   }
 
   PerspectiveFitResult run() {
     Eigen::VectorXd c = Eigen::VectorXd::Zero(local_.basis.cols());
+    c.tail(context_.rows.expressions()) = Eigen::VectorXd::Zero(context_.rows.expressions())
+                                              .cwiseMax(context_.expression_lower)
+                                              .cwiseMin(context_.expression_upper);
     PerspectiveFitSummary& summary = result_.summary;
     start_pose(local_.points(c));
     summary.stop = FitStop::iteration_limit;
@@ -107,7 +116,28 @@ class PerspectiveFit {
     }
     AffineCamera onto_pixels;
     onto_pixels.A.leftCols<2>().setIdentity();
-    return fit_shape(flat, seen, onto_pixels, W, options_.fit.lambda, N);
+    if (ridge_.size() == 0 || ridge_.isConstant(0)) return fit_shape(flat, seen, onto_pixels, W, 0, N);
+    WhitenedRows rows;
+    whiten(rows, flat, seen, onto_pixels, W, N);
+    Eigen::MatrixXd G;
+    gram(G, rows);
+    eliminate(G, N.cols());
+    return bounded(G, N.cols());
+  }
+
+  /// Minimum of the normal equations [camera | coefficients | r], the camera taken out: shape free, blendshapes within
+  /// their bounds.
+  Eigen::VectorXd bounded(Eigen::MatrixXd& G, Eigen::Index P) const {
+    const Eigen::Index M = ridge_.size(), E = context_.rows.expressions();
+    G.diagonal().segment(P, M) += ridge_;
+    const Eigen::MatrixXd H = G.block(P, P, M, M).selfadjointView<Eigen::Lower>();
+    const Eigen::VectorXd g = G.row(P + M).segment(P, M).transpose();
+    if (!context_.has_blendshapes) return H.ldlt().solve(g);
+    constexpr double infinity = std::numeric_limits<double>::infinity();
+    Eigen::VectorXd lower = Eigen::VectorXd::Constant(M, -infinity), upper = Eigen::VectorXd::Constant(M, infinity);
+    lower.tail(E) = context_.expression_lower;
+    upper.tail(E) = context_.expression_upper;
+    return minimise_bounded(H, g, lower, upper).x;
   }
 
   void update_pose(const Vertices& X) {
@@ -153,7 +183,7 @@ class PerspectiveFit {
       WJ.middleRows<2>(2 * k) = W_[static_cast<size_t>(k)] * J.middleRows<2>(2 * k);
     }
     Eigen::MatrixXd H = J.transpose() * WJ;
-    H.diagonal().tail(M).array() += std::max(options_.fit.lambda, 1e-12);
+    H.diagonal().tail(M) += ridge_.cwiseMax(1e-12);
     if (focal_is_free_) H(6, 6) += 1 / std::pow(options_.camera.prior_focal_spread, 2);
     const Eigen::VectorXd scale = H.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::VectorXd variance =
@@ -167,8 +197,12 @@ class PerspectiveFit {
 
   void finish(const Eigen::VectorXd& c) {
     PerspectiveFitSummary& summary = result_.summary;
-    result_.shape_coefficients = c.head(c.size() - expression_modes_);
-    result_.expression_coefficients = c.tail(expression_modes_);
+    const Eigen::Index E = context_.rows.expressions();
+    result_.shape_coefficients = c.head(c.size() - E);
+    if (context_.has_modes) result_.expression_coefficients = c.tail(E);
+    if (context_.has_blendshapes)
+      for (Eigen::Index i = 0; i < E; ++i)
+        result_.blendshape_weights[context_.model.blendshapes()[static_cast<size_t>(i)].name] = c[c.size() - E + i];
     const Vertices X = local_.points(c);
     const Pixels fitted = projected(X);
     double sum = 0;
@@ -187,15 +221,27 @@ class PerspectiveFit {
       ++count;
     }
     summary.rms_px = std::sqrt(sum / std::max(count, 1));
+    summary.outer_eye_distance_px = eye_distance();
+    if (summary.outer_eye_distance_px > 0) summary.rms_percent = 100 * summary.rms_px / summary.outer_eye_distance_px;
     summary.options = options_;
     uncertainty(X);
   }
 
+  double eye_distance() const {
+    const Observation *right = nullptr, *left = nullptr;
+    for (const Observation& o : seen_) {
+      if (o.name == "37") right = &o;
+      if (o.name == "46") left = &o;
+    }
+    return right && left ? (right->pixel - left->pixel).norm() : 0;
+  }
+
   PerspectiveFitOptions options_;
+  FitContext context_;  ///< refers to options_
   std::vector<Observation> seen_;
   bool focal_is_free_;
   LandmarkShapeModel local_;
-  Eigen::Index expression_modes_ = 0;
+  Eigen::VectorXd ridge_;  ///< weights of the prior, shape then expression
   Pixels pixels_;
   std::vector<Information> W_;
   PerspectiveFitResult result_;
@@ -206,6 +252,14 @@ class PerspectiveFit {
 PerspectiveFitResult fit_landmarks_perspective(const MorphableModel& model, const ImageLandmarks& landmarks,
                                                const PerspectiveFitOptions& options, const LandmarkMapper& mapper) {
   return PerspectiveFit(model, landmarks, options, mapper).run();
+}
+
+Mesh fitted_mesh(const MorphableModel& model, const PerspectiveFitResult& fit, int level) {
+  FitResult same;
+  same.shape_coefficients = fit.shape_coefficients;
+  same.expression_coefficients = fit.expression_coefficients;
+  same.blendshape_weights = fit.blendshape_weights;
+  return fitted_mesh(model, same, level);
 }
 
 }  // namespace facewright

@@ -46,11 +46,23 @@ struct FitScanSummary {
   double spacing_mm = 0;  ///< median distance between neighbouring points of the scan
   FitScanOptions options;
 };
+/// What became of a vertex's match to the scan.
+enum class ScanMatch : char {
+  counts,
+  beyond,  ///< nothing of the scan near
+  at_rim,  ///< beside a border or hole of the scan
+  turned,  ///< normals do not agree
+  trimmed  ///< among the worst
+};
+std::string to_string(ScanMatch match);
+
 struct FitScanResult {
   Similarity scan_from_model;                                   ///< rigid unless scaling is free
   Eigen::VectorXd shape_coefficients, expression_coefficients;  ///< standard deviations
   Eigen::VectorXd coefficient_stddevs;  ///< posterior, of shape and expression, the pose unknown
   Vertices fitted;                      ///< (N x 3) vertices of the finest level, mm, the scan's frame
+  Eigen::VectorXd distances;            ///< (N) of them from the scan, along its normals, + outside, mm; see matches
+  std::vector<ScanMatch> matches;       ///< (N) whether the distance means anything: counts; none is trimmed
   FitScanSummary summary;
 };
 

@@ -32,6 +32,29 @@ void fill_box(Image& image, Eigen::Vector2d low, Eigen::Vector2d high, const Rgb
     }
 }
 
+template <typename Camera>
+void blend_wireframe(Image& image, const Vertices& V, const Faces& F, const Camera& camera, const Rgb& colour,
+                     double opacity) {
+  if (image.channels < 3) throw InvalidInput("overlay: expected an image of 3 or 4 channels");
+  const Raster raster = rasterize(project_vertices(V, camera), F, {image.width, image.height, true});
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x) {
+      const size_t at = raster.index(x, y);
+      const int f = raster.triangle[at];
+      if (f < 0) continue;
+      std::array<Eigen::Vector2d, 3> p;
+      for (int k = 0; k < 3; ++k) p[static_cast<size_t>(k)] = camera.project(V.row(F(f, k)).transpose());
+      const Eigen::Vector2d u = p[1] - p[0], v = p[2] - p[0];
+      const double area2 = std::abs(u[0] * v[1] - u[1] * v[0]);
+      double distance = 1e9;  // to the nearest edge: barycentric coordinate times height
+      for (size_t k = 0; k < 3; ++k)
+        distance = std::min(distance, static_cast<double>(raster.barycentric[at][k]) * area2 /
+                                          std::max((p[(k + 1) % 3] - p[(k + 2) % 3]).norm(), 1e-9));
+      const double coverage = std::clamp(1 - distance, 0.0, 1.0);
+      if (coverage > 0) blend(image, x, y, colour, opacity * coverage);
+    }
+}
+
 }  // namespace
 
 void draw_disc(Image& image, const Eigen::Vector2d& centre, double radius, const Rgb& colour, double opacity) {
@@ -64,24 +87,12 @@ void draw_landmarks(Image& image, const ImageLandmarks& landmarks, double radius
 
 void draw_wireframe(Image& image, const Vertices& V, const Faces& F, const AffineCamera& camera, const Rgb& colour,
                     double opacity) {
-  if (image.channels < 3) throw InvalidInput("overlay: expected an image of 3 or 4 channels");
-  const Raster raster = rasterize(V, F, camera, {image.width, image.height, true});
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      const size_t at = raster.index(x, y);
-      const int f = raster.triangle[at];
-      if (f < 0) continue;
-      std::array<Eigen::Vector2d, 3> p;
-      for (int k = 0; k < 3; ++k) p[static_cast<size_t>(k)] = camera.project(V.row(F(f, k)).transpose());
-      const Eigen::Vector2d u = p[1] - p[0], v = p[2] - p[0];
-      const double area2 = std::abs(u[0] * v[1] - u[1] * v[0]);
-      double distance = 1e9;  // to the nearest edge: barycentric coordinate times height
-      for (size_t k = 0; k < 3; ++k)
-        distance = std::min(distance, static_cast<double>(raster.barycentric[at][k]) * area2 /
-                                          std::max((p[(k + 1) % 3] - p[(k + 2) % 3]).norm(), 1e-9));
-      const double coverage = std::clamp(1 - distance, 0.0, 1.0);
-      if (coverage > 0) blend(image, x, y, colour, opacity * coverage);
-    }
+  blend_wireframe(image, V, F, camera, colour, opacity);
+}
+
+void draw_wireframe(Image& image, const Vertices& V, const Faces& F, const PerspectiveCamera& camera, const Rgb& colour,
+                    double opacity) {
+  blend_wireframe(image, V, F, camera, colour, opacity);
 }
 
 Image to_rgb(const Image& image) {

@@ -27,6 +27,8 @@ void draw_landmarks(Image& image, const ImageLandmarks& landmarks, double radius
 /// The visible edges of a mesh (hidden lines removed), about one pixel wide.
 void draw_wireframe(Image& image, const Vertices& V, const Faces& F, const AffineCamera& camera, const Rgb& colour,
                     double opacity = 0.5);
+void draw_wireframe(Image& image, const Vertices& V, const Faces& F, const PerspectiveCamera& camera, const Rgb& colour,
+                    double opacity = 0.5);
 
 /// An RGB copy of any image: grey repeated, alpha dropped.
 Image to_rgb(const Image& image);

@@ -6,6 +6,7 @@
 // belongs on the person), landmarks/ID.json (true ones), scans/ID.ply and .json (a scan in the same frame, with noisy
 // landmarks), and counted.txt (per vertex: 0 or 1).
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -22,6 +23,7 @@
 #include "libmodel/fitting/fit_points.h"
 #include "libmodel/fitting/fit_scan.h"
 #include "libmodel/fitting/point_tree.h"
+#include "libmodel/fitting/refine_scan_fit.h"
 #include "libmodel/geometry/normals.h"
 #include "libmodel/io/landmark_files.h"
 #include "libmodel/io/mesh_files.h"
@@ -242,6 +244,27 @@ void image_table(const Study& s) {
   }
 }
 
+/// Mean distance of the counted vertices from the surface of the truth, along its normals, as they are.
+double surface_error(const Study& s, const Vertices& V, const Person& p) {
+  const PointTree tree(p.places);
+  const Vertices normals = vertex_normals(p.places, s.model.faces());
+  double sum = 0;
+  for (const int i : s.counted) {
+    const int at = tree.nearest(V.row(i).transpose()).row;
+    sum += std::abs(normals.row(at).dot(V.row(i) - p.places.row(at)));
+  }
+  return sum / static_cast<double>(s.counted.size());
+}
+
+/// Mean of the parts of the error across the true surface and along it, after the alignment.
+std::array<double, 2> split_error(const Study& s, const Vertices& V, const Person& p) {
+  const Vertices normals = vertex_normals(p.places, s.model.faces());
+  const Vertices A = V(s.counted, Eigen::all), B = p.places(s.counted, Eigen::all), N = normals(s.counted, Eigen::all);
+  const Vertices d = fit_similarity(A, B).apply(A) - B;
+  const Eigen::VectorXd across = d.cwiseProduct(N).rowwise().sum();
+  return {across.cwiseAbs().mean(), (d.rowwise().squaredNorm() - across.cwiseAbs2()).cwiseMax(0).cwiseSqrt().mean()};
+}
+
 void scan_table(const Study& s, const char* out) {
   FitScanOptions o;
   o.lambda = s.value("lambda", o.lambda);
@@ -250,37 +273,51 @@ void scan_table(const Study& s, const char* out) {
   o.slide = s.value("slide", o.slide);
   o.landmark_sigma_mm = s.value("landmark_sigma_mm", o.landmark_sigma_mm);
   o.level = static_cast<int>(s.value("level", o.level));
-  double aligned = 0, as_is = 0, surface = 0, best = 0, landmarks = 0, rounds = 0;
+  RefineOptions r;
+  r.smoothing_mm = s.value("smoothing_mm", r.smoothing_mm);
+  r.fading = s.value("fading", r.fading);
+  const std::vector<const char*> names = {"3D landmarks of the scan (1 mm of noise)",
+                                          "whole scan",
+                                          "whole scan, part across the surface",
+                                          "whole scan, part along the surface",
+                                          "whole scan, no alignment",
+                                          "whole scan, distance from the true surface (no alignment)",
+                                          "refined",
+                                          "refined, part across the surface",
+                                          "refined, part along the surface",
+                                          "refined, no alignment",
+                                          "refined, distance from the true surface (no alignment)",
+                                          "best face of the model"};
+  std::vector<double> sums(names.size(), 0);
   for (const Person& p : s.people) {
     const FitScanResult fit = fit_scan(s.model, p.scan, p.scan_marks, o);
+    const RefinedFace refined = refine_to_scan(s.model, p.scan, fit, r);
     if (out) {
-      Mesh mesh;
-      mesh.V = fit.fitted;
-      mesh.F = s.model.faces();
-      write_ply(fs::path(out) / (p.id + ".ply"), mesh);
+      write_ply(fs::path(out) / (p.id + ".ply"), {fit.fitted, s.model.faces(), {}, {}, {}});
+      write_ply(fs::path(out) / (p.id + "_refined.ply"), {refined.V, s.model.faces(), {}, {}, {}});
     }
-    const PointTree tree(p.places);
-    const Vertices normals = vertex_normals(p.places, s.model.faces());
-    double d = 0;
-    for (const int i : s.counted) {
-      const int at = tree.nearest(fit.fitted.row(i).transpose()).row;
-      d += std::abs(normals.row(at).dot(fit.fitted.row(i) - p.places.row(at)));
-    }
-    surface += d / static_cast<double>(s.counted.size());
-    aligned += s.error(fit.fitted, p);
-    as_is += s.error(fit.fitted, p, false);
-    best += best_possible(s, p);
-    landmarks += s.error(fit_points(s.model, p.scan_marks).shape_coefficients, p);
-    for (const auto& level : fit.summary.levels) rounds += level.iterations;
-    std::fprintf(stderr, "%s %.3f as it is %.3f matched %d of %d median %.3f |c| %.1f\n", p.id.c_str(),
-                 s.error(fit.fitted, p), s.error(fit.fitted, p, false), fit.summary.matched, fit.summary.vertices,
-                 fit.summary.median_mm, fit.shape_coefficients.norm());
+    const auto [across, along] = split_error(s, fit.fitted, p);
+    const auto [across_refined, along_refined] = split_error(s, refined.V, p);
+    const std::vector<double> figures = {s.error(fit_points(s.model, p.scan_marks).shape_coefficients, p),
+                                         s.error(fit.fitted, p),
+                                         across,
+                                         along,
+                                         s.error(fit.fitted, p, false),
+                                         surface_error(s, fit.fitted, p),
+                                         s.error(refined.V, p),
+                                         across_refined,
+                                         along_refined,
+                                         s.error(refined.V, p, false),
+                                         surface_error(s, refined.V, p),
+                                         best_possible(s, p)};
+    for (size_t k = 0; k < sums.size(); ++k) sums[k] += figures[k];
+    std::fprintf(stderr, "%s %.3f as it is %.3f matched %d of %d median %.3f |c| %.1f; refined %.3f in %d rounds\n",
+                 p.id.c_str(), figures[1], figures[4], fit.summary.matched, fit.summary.vertices, fit.summary.median_mm,
+                 fit.shape_coefficients.norm(), figures[6], refined.summary.iterations);
   }
-  const auto n = static_cast<double>(s.people.size());
-  std::printf("\n| | mm |\n|---|---|\n| 3D landmarks of the scan (1 mm of noise) | %.2f |\n", landmarks / n);
-  std::printf("| whole scan | %.2f |\n| whole scan, no alignment | %.2f |\n", aligned / n, as_is / n);
-  std::printf("| whole scan, distance from the true surface (no alignment) | %.2f |\n", surface / n);
-  std::printf("| best face of the model | %.2f |\n\n%.1f rounds\n", best / n, rounds / n);
+  std::printf("\n| | mm |\n|---|---|\n");
+  for (size_t k = 0; k < sums.size(); ++k)
+    std::printf("| %s | %.2f |\n", names[k], sums[k] / static_cast<double>(s.people.size()));
 }
 
 /// Largest differences between fits of the same picture at other sizes.
