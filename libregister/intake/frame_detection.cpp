@@ -185,19 +185,26 @@ std::string listed(const std::vector<Fit>& fits, double highest_cost) {
   return text;
 }
 
-// A face whose size is that of no unit: the units are searched for one that would do, for the message only.
-std::string odd_size(const SurfaceSample& sample, double diagonal, const Reference& reference, FrameOptions o) {
+// What can be said when nothing was found: a face of a size that no unit explains, or none at all.
+std::string nothing_found(const SurfaceSample& sample, double diagonal, const Reference& reference,
+                          const std::vector<Fit>& fits, const FrameOptions& o) {
   std::vector<Fit> all;
-  for (const double size : {190.0, 300.0, 450.0, 700.0})
-    for (Fit& fit : fits_in_unit(sample, size / diagonal, reference, o)) all.push_back(std::move(fit));
+  if (o.mm_per_unit <= 0)
+    for (const double size : {190.0, 300.0, 450.0, 700.0})
+      for (Fit& fit : fits_in_unit(sample, size / diagonal, reference, o)) all.push_back(std::move(fit));
   const std::vector<Fit> best = distinct(std::move(all), reference.eye_distance);
-  std::string text =
-      "the mesh is " + number(diagonal) + " units across, which is a face's size in none of mm, cm, inches and m";
   if (!best.empty() && best[0].candidate.cost < o.highest_cost)
-    text += "; its shape is a face's, with the outer eye corners " + number(best[0].candidate.eye_distance) +
-            " units apart, so that one unit would be some " +
-            number(best[0].candidate.mm_per_unit * best[0].candidate.face_scale) + " mm";
-  return text + ". Scale the scan to millimetres, or give its units";
+    return "the mesh is " + number(diagonal) +
+           " units across, which is a face's size in none of mm, cm, inches and m; but its shape is a face's, with the "
+           "outer eye corners " +
+           number(best[0].candidate.eye_distance) + " units apart, so that one unit would be some " +
+           number(best[0].candidate.mm_per_unit / best[0].candidate.face_scale) +
+           " mm. Scale the scan to millimetres, or give its units";
+  const std::string nearest = fits.empty() ? "" : "; nearest to one: " + listed(fits, 0);
+  return "no whole face was found in the mesh of " + number(diagonal) + " units across" + nearest +
+         ". Check that the scan shows a face from brows to chin, cut away what is none, or give units, up and front, "
+         "or "
+         "landmarks";
 }
 
 void decide_sides(const SurfaceSides& sides, const FrameOptions& o, FrameDetection* d) {
@@ -288,16 +295,7 @@ FrameDetection detect_frame(const Mesh& mesh, const MultiresTemplate& t, const F
   const std::vector<Fit> fits = distinct(std::move(all), reference.eye_distance);
   for (const Fit& fit : fits) s.candidates.push_back(fit.candidate);
   if (fits.empty() || fits[0].candidate.cost > options.highest_cost || fits[0].candidate.cover < kLeastCover) {
-    if (options.mm_per_unit > 0 || (!fits.empty() && fits[0].candidate.cost <= options.highest_cost)) {
-      s.problem = fits.empty() ? "no face was found" : "no whole face was found; nearest to one: " + listed(fits, 0);
-      s.problem += ". Check that the scan shows a face from brows to chin, or give landmarks";
-    } else {
-      s.problem =
-          units.empty()
-              ? odd_size(sample, diagonal, reference, options)
-              : "no face was found" + (fits.empty() ? std::string() : "; nearest to one: " + listed(fits, 0)) +
-                    ". Check that the scan shows a face from brows to chin, or give units, up and front, or landmarks";
-    }
+    s.problem = nothing_found(sample, diagonal, reference, fits, options);
     return d;
   }
   const Fit& best = fits.front();
