@@ -43,6 +43,7 @@ Landmarks as_in_file(const Scan& scan, const Landmarks& landmarks, bool deviatio
   Landmarks out = landmarks;
   for (auto& [name, mark] : out) {
     mark.position /= scan.mm_per_unit;
+    if (scan.frame && scan.frame->mirrored) mark.position[0] *= -1;  // load_scan has mirrored it back
     mark.stddev = deviations ? mark.stddev / scan.mm_per_unit : 0;
   }
   return out;
@@ -77,14 +78,17 @@ void write_failure(const LandmarkedScan& outcome, const Scan& scan, const Places
                                                : message_picture(describe(outcome)));
 }
 
-LandmarkedScan landmark_one(const ScanFiles& files, const LandmarkScansOptions& options, int threads,
-                            LandmarkerPool& pool) {
+LandmarkedScan landmark_one(const ScanFiles& files, const LandmarkScansOptions& options,
+                            const MultiresTemplate& reference, int threads, LandmarkerPool& pool) {
   LandmarkedScan outcome{files.id, files.mesh, false, {}, {}, {}};
   const Places to = places(options, files.id);
   Scan scan;
   FindLandmarksResult result;
   try {
-    scan = load_scan(files, options.scan);
+    ScanOptions intake = options.scan;
+    intake.reference = &reference;
+    intake.frame.threads = threads;
+    scan = load_scan(files, intake);
     outcome.units = scan.units_reason;
     FindLandmarksOptions find = options.find;
     find.threads = threads;
@@ -157,7 +161,8 @@ LandmarkScansSummary landmark_scans(const LandmarkScansOptions& options, const P
   std::mutex mutex;
   int done = 0;
   parallel_for(n, jobs, [&](int i) {
-    summary.scans[static_cast<size_t>(i)] = landmark_one(files[static_cast<size_t>(i)], options, threads, pool);
+    summary.scans[static_cast<size_t>(i)] =
+        landmark_one(files[static_cast<size_t>(i)], options, reference, threads, pool);
     const std::lock_guard lock(mutex);
     ++done;
     if (progress) progress({"landmarks", done, n, files[static_cast<size_t>(i)].id});

@@ -60,9 +60,10 @@ void write_records(const std::map<std::string, Record>& records, const OutputTre
 }
 
 std::string key_of(const ScanFiles& files, const BuildPipelineOptions& options) {
-  std::string material = std::string(FACEWRIGHT_VERSION) + sha256(read_file(files.mesh)) +
-                         std::to_string(static_cast<int>(files.units)) +
-                         std::to_string(static_cast<int>(options.scan.units));
+  std::string material =
+      std::string(FACEWRIGHT_VERSION) + sha256(read_file(files.mesh)) + std::to_string(static_cast<int>(files.units)) +
+      std::to_string(static_cast<int>(options.scan.units)) + file_axis_name(options.scan.frame.up) +
+      file_axis_name(options.scan.frame.front) + std::to_string(static_cast<int>(options.scan.frame.handedness));
   if (const auto texture = texture_file(files.mesh)) material += sha256(read_file(*texture));
   if (files.landmarks) material += sha256(read_file(*files.landmarks));
   for (const fs::path& file : {options.reference, options.reference_landmarks})
@@ -71,9 +72,15 @@ std::string key_of(const ScanFiles& files, const BuildPipelineOptions& options) 
 }
 
 // The landmarks that are missing from the scan's own, found; in the file's units.
-Landmarks completed(const ScanFiles& files, const BuildPipelineOptions& options, LandmarkerPool& pool,
-                    const fs::path& picture) {
-  const Scan scan = load_scan(files, options.scan);
+Landmarks completed(const ScanFiles& files, const BuildPipelineOptions& options, const MultiresTemplate& reference,
+                    LandmarkerPool& pool, const fs::path& picture) {
+  ScanOptions intake = options.scan;
+  if (!files.landmarks) intake.reference = &reference;  // else they tell
+  const Scan scan = load_scan(files, intake);
+  if (scan.frame && scan.frame->mirrored)
+    throw InvalidInput(
+        "the scan's axes are left-handed: " + scan.units_reason +
+        ". Mirror the file (negate one coordinate and turn its triangles over) and its texture stays right");
   const FindLandmarksResult result = pool.find(scan.mesh, scan.texture, {.threads = 1});
   std::vector<std::string> text = {files.id};
   if (!result.summary.found) text.push_back(result.summary.reason);
@@ -142,7 +149,7 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
     Landmarks marks;
     std::string reason;
     try {
-      marks = completed(scan, options, pool, tree.landmark_picture(scan.id));
+      marks = completed(scan, options, face, pool, tree.landmark_picture(scan.id));
     } catch (const InvalidInput& error) {
       reason = error.what();
     } catch (const IoError& error) {

@@ -5,7 +5,7 @@
 
 #include "libmodel/core/errors.h"
 #include "pipelines/build_pipeline.h"
-#include "tools/cli.h"
+#include "tools/scan_flags.h"
 
 using namespace facewright;
 
@@ -74,10 +74,10 @@ void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
 int main(int argc, char** argv) {
   CLI::App app("Builds a multi-resolution 3D morphable face model from a folder of scans.", "build-model");
   CommonOptions common;
-  add_common_options(
-      app, common,
-      CommonFlags::output | CommonFlags::jobs | CommonFlags::seed | CommonFlags::units | CommonFlags::resume,
-      "build-model scans -o model -j 2");
+  add_common_options(app, common,
+                     CommonFlags::output | CommonFlags::jobs | CommonFlags::seed | CommonFlags::units |
+                         CommonFlags::axes | CommonFlags::resume,
+                     "build-model scans -o model -j 2");
   BuildPipelineOptions options;
   std::string denoise = "auto", gpa = "rigid", gains = "none", criterion = "deviation", reference, reference_landmarks;
   std::vector<std::string> levels = {"surrey"};
@@ -135,7 +135,7 @@ int main(int argc, char** argv) {
     options.jobs = common.jobs;
     options.seed = common.seed;
     options.resume = common.resume;
-    options.scan.units = units_from_name(common.units);
+    options.scan = scan_options(common);
     options.registration.denoise.method = denoise_from_name(denoise);
     options.find_landmarks = !no_landmarking;
     options.registration.use_mirror = !no_mirror;

@@ -30,7 +30,8 @@ void add_common_options(CLI::App& app, CommonOptions& common, CommonFlags flags,
   if (has(flags, CommonFlags::seed)) app.add_option("--seed", common.seed, "Seed of everything random");
   if (has(flags, CommonFlags::units))
     app.add_option("--units", common.units, "Length unit of the input files")
-        ->check(CLI::IsMember({"auto", "mm", "cm", "m", "inch"}));
+        ->check(has(flags, CommonFlags::axes) ? CLI::IsMember({"auto", "mm", "cm", "m", "inch"})
+                                              : CLI::IsMember({"auto", "mm", "cm", "m"}));
   if (has(flags, CommonFlags::axes)) {
     const CLI::IsMember axis({"auto", "x", "+x", "-x", "y", "+y", "-y", "z", "+z", "-z"});
     app.add_option("--up", common.up,

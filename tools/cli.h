@@ -54,7 +54,7 @@ struct ExitCode {
 };
 
 /// Which of the shared options a program has; --config, -q, -v, --help and --version are in every program.
-enum class CommonFlags : unsigned { none = 0, output = 1, jobs = 2, seed = 4, units = 8, resume = 16 };
+enum class CommonFlags : unsigned { none = 0, output = 1, jobs = 2, seed = 4, units = 8, resume = 16, axes = 32 };
 constexpr CommonFlags operator|(CommonFlags a, CommonFlags b) {
   return static_cast<CommonFlags>(static_cast<unsigned>(a) | static_cast<unsigned>(b));
 }
@@ -64,13 +64,16 @@ constexpr bool has(CommonFlags set, CommonFlags flag) {
 
 /// Values of the shared options.
 struct CommonOptions {
-  std::filesystem::path output;  ///< -o: required where the program has it
-  int jobs = 0;                  ///< -j: threads, 0 = all cores
-  std::uint64_t seed = 1;        ///< --seed
-  std::string units = "auto";    ///< --units: auto, mm, cm or m
-  bool resume = false;           ///< --resume: keep finished work of an earlier run
-  bool quiet = false;            ///< -q: errors only
-  bool verbose = false;          ///< -v: one line per step, details
+  std::filesystem::path output;     ///< -o: required where the program has it
+  int jobs = 0;                     ///< -j: threads, 0 = all cores
+  std::uint64_t seed = 1;           ///< --seed
+  std::string units = "auto";       ///< --units: auto, mm, cm, m or inch
+  std::string up = "auto";          ///< --up: axis of the input files towards the crown: auto, x, -x, ...
+  std::string front = "auto";       ///< --front: axis towards the nose
+  std::string handedness = "auto";  ///< --handedness: auto, right or left
+  bool resume = false;              ///< --resume: keep finished work of an earlier run
+  bool quiet = false;               ///< -q: errors only
+  bool verbose = false;             ///< -v: one line per step, details
 };
 
 /// Adds the shared options; `example` is a whole command line shown by --help. Call it before adding options of your

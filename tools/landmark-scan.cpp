@@ -7,7 +7,7 @@
 #include "libmodel/core/errors.h"
 #include "pipelines/landmark_scans.h"
 #include "pipelines/pages/landmark_server.h"
-#include "tools/cli.h"
+#include "tools/scan_flags.h"
 
 using namespace facewright;
 
@@ -38,7 +38,7 @@ int main(int argc, char** argv) {
       "line for each, and problematic/ID.txt where no face was found.",
       "landmark-scan");
   CommonOptions common;
-  add_common_options(app, common, CommonFlags::output | CommonFlags::jobs | CommonFlags::units,
+  add_common_options(app, common, CommonFlags::output | CommonFlags::jobs | CommonFlags::units | CommonFlags::axes,
                      "landmark-scan scans -o landmarks");
   LandmarkScansOptions options;
   std::string method = "auto";
@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
   return run_program(argc, argv, app, common, [&] {
     options.output = common.output;
     options.jobs = common.jobs;
-    options.scan.units = units_from_name(common.units);
+    options.scan = scan_options(common);
     options.method = landmark_method_from_name(method);
     options.find.use_colour = !no_colour;
     options.find.refine = !no_refine;
