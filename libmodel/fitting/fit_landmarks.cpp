@@ -2,7 +2,6 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/fitting/fit_landmarks.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <limits>
@@ -60,7 +59,7 @@ class CommonShape {
   /// Of the last round's posterior: H^-1; infinite where nothing determines a coefficient.
   Eigen::MatrixXd covariance() const {
     const Eigen::Index M = shape_.size();
-    if (determined_ && M > 0) return solver_.solve(Eigen::MatrixXd::Identity(M, M));
+    if (determined_ && M > 0) return solver_.inverse();
     Eigen::MatrixXd out = Eigen::MatrixXd::Zero(M, M);
     out.diagonal().setConstant(std::numeric_limits<double>::infinity());
     return out;
@@ -96,9 +95,7 @@ class CommonShape {
     g_.setZero(M);
     for (const ImageFit* image : images_) image->add(H_, g_);
     H_.diagonal().array() += context_.options.lambda;
-    solver_.compute(H_);
-    const Eigen::VectorXd D = solver_.vectorD();
-    determined_ = D.minCoeff() > 1e-13 * D.maxCoeff();
+    determined_ = solver_.compute(H_);
     if (determined_) return solver_.solve(g_);
     const Eigen::MatrixXd H = H_.selfadjointView<Eigen::Lower>();  // no prior: the solution of least norm
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> least;
@@ -110,7 +107,7 @@ class CommonShape {
   std::vector<ImageFit*> images_;
   Eigen::VectorXd shape_, g_;
   Eigen::MatrixXd H_;
-  Eigen::LDLT<Eigen::MatrixXd> solver_;
+  PositiveDefiniteSolver solver_;
   bool determined_ = true;
   FitStop stop_ = FitStop::not_run;
   int iterations_ = 0;

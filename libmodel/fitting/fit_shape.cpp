@@ -61,9 +61,16 @@ ShapeResult fit_shape_posterior(const LandmarkShapeModel& model, const std::vect
   gram(G, rows);
   eliminate(G, P);
   G.diagonal().segment(P, M).array() += lambda;
-  const Eigen::LDLT<Eigen::MatrixXd> solver(G.block(P, P, M, M));
-  ShapeResult result{solver.solve(G.row(P + M).segment(P, M).transpose()), {}, {static_cast<int>(rows.count), true}};
-  if (with_covariance) result.covariance = solver.solve(Eigen::MatrixXd::Identity(M, M));
+  const Eigen::VectorXd g = G.row(P + M).segment(P, M).transpose();
+  ShapeResult result{{}, {}, {static_cast<int>(rows.count), true}};
+  if (PositiveDefiniteSolver solver; solver.compute(G.block(P, P, M, M))) {
+    result.coefficients = solver.solve(g);
+    if (with_covariance) result.covariance = solver.inverse();
+    return result;
+  }
+  const Eigen::LDLT<Eigen::MatrixXd> pivoted(G.block(P, P, M, M));  // a prior of next to no weight
+  result.coefficients = pivoted.solve(g);
+  if (with_covariance) result.covariance = pivoted.solve(Eigen::MatrixXd::Identity(M, M));
   return result;
 }
 
