@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -16,6 +17,7 @@
 #include "libmodel/model/model_file.h"
 #include "libmodel/render/framing.h"
 #include "libmodel/render/render_mesh.h"
+#include "pipelines/fit_images/fit_person.h"
 #include "pipelines/fit_images/image_list.h"
 #include "tests/libmodel/fitting/toy_model.h"
 #include "tests/support/temporary_directory.h"
@@ -36,6 +38,30 @@ class FitImagesTest : public ::testing::Test {
     write_png(folder_ / (name + ".png"), render_mesh(face, camera, {.width = 160, .height = 160}));
     ImageLandmarks landmarks = project_landmarks(model_, face.V, camera.affine());
     write_image_landmarks(folder_ / (name + ".json"), landmarks);
+  }
+
+  // The same person from another side, by a pinhole camera 350 mm away.
+  PerspectiveCamera take_close_up(const std::string& name, const Mesh& face, double yaw) {
+    PerspectiveCamera camera;
+    camera.R = rotation({yaw, 0.05, 0});
+    camera.t = {3, -4, -350};
+    camera.focal_px = 260;
+    camera.principal = {79.5, 79.5};
+    write_png(folder_ / (name + ".png"),
+              render_mesh(face, camera, {.width = 160, .height = 160, .shading = Shading::none}));
+    ImageLandmarks landmarks;
+    for (const auto& [mark, place] : model_.landmarks())
+      landmarks[mark].position = camera.project(face.V.row(place.vertex).transpose());
+    write_image_landmarks(folder_ / (name + ".json"), landmarks);
+    return camera;
+  }
+
+  // The model without texture coordinates and colours.
+  void make_plain() {
+    MorphableModelParts parts = model_.parts();
+    parts.uv.resize(0, 2);
+    parts.colour = {};
+    model_ = MorphableModel(parts);
   }
 
   FitImagesOptions options() {
@@ -180,6 +206,165 @@ TEST_F(FitImagesTest, WrongCallsAreRefusedBeforeAnythingIsWritten) {
   o.fit.level = 7;
   EXPECT_THROW(fit_images(o), InvalidInput);
   EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+// Mean difference of colours where the isomap shows what was seen, 0..255.
+double colour_error(const Image& isomap, const Image& truth) {
+  double sum = 0;
+  int count = 0;
+  for (int y = 0; y < isomap.height; ++y)
+    for (int x = 0; x < isomap.width; ++x) {
+      if (isomap.pixel(x, y)[3] < 200 || truth.pixel(x, y)[3] < 200) continue;
+      for (int k = 0; k < 3; ++k) sum += std::abs(isomap.pixel(x, y)[k] - truth.pixel(x, y)[k]);
+      count += 3;
+    }
+  return sum / std::max(count, 1);
+}
+
+TEST_F(FitImagesTest, CloseUpsAreFittedInPerspectiveAndTextureThroughThatCamera) {
+  const Mesh face = model_.mean();
+  const PerspectiveCamera truth = take_close_up("frame_01", face, 0.2);
+  FitImagesOptions o = options();
+  o.fit.fit.jaw = JawMode::fixed;
+  o.perspective = true;
+  o.focal_px = 260;
+  const FitImagesSummary summary = fit_images(o);
+  ASSERT_TRUE(summary.images.at(0).perspective);
+  EXPECT_NEAR(summary.images[0].perspective->summary.distance_mm, 350, 60);  // the face's middle lies before the origin
+  const auto json = nlohmann::json::parse(file("out/frame_01.json"));
+  EXPECT_EQ(json["camera"]["kind"], "perspective");
+  EXPECT_EQ(json["camera"]["focal_length"], "given");
+  EXPECT_EQ(json["camera"]["focal_px"], 260);
+  EXPECT_LT(json["landmark_rms_px"], 0.5);
+  const Image expected =
+      extract_texture(face, read_image(folder_ / "frame_01.png"), truth, {.size = o.fit.texture.size}).isomap;
+  EXPECT_LT(colour_error(read_image(folder_ / "out/frame_01_isomap.png"), expected), 3);
+  EXPECT_THAT(file("out/fits.csv"), HasSubstr(",260,given,"));
+}
+
+TEST_F(FitImagesTest, AFocalLengthThatIsNotGivenIsEstimatedAndMarkedSo) {
+  take_close_up("frame_01", model_.mean(), 0.3);
+  FitImagesOptions o = options();
+  o.perspective = true;
+  fit_images(o);
+  const auto json = nlohmann::json::parse(file("out/frame_01.json"));
+  EXPECT_THAT(json["camera"]["focal_length"].get<std::string>(), HasSubstr("estimated"));
+  EXPECT_GT(json["camera"]["focal_log_stddev"], 0);
+}
+
+TEST_F(FitImagesTest, CamerasRefuseWhatIsNotTheirs) {
+  take_picture("frame_01", 1);
+  FitImagesOptions o = options();
+  o.focal_px = 500;
+  EXPECT_THAT([&] { fit_images(o); }, ThrowsMessage<InvalidInput>(HasSubstr("perspective")));
+  o.perspective = true;
+  o.fit.fit.jaw = JawMode::contour;
+  EXPECT_THAT([&] { fit_images(o); }, ThrowsMessage<InvalidInput>(HasSubstr("outlines")));
+  o.fit.fit.jaw = JawMode::slide;
+  EXPECT_THAT([&] { fit_person(o); }, ThrowsMessage<InvalidInput>(HasSubstr("one person")));
+  EXPECT_FALSE(fs::exists(folder_ / "out"));
+}
+
+class FitPersonTest : public FitImagesTest {
+ protected:
+  // Three pictures of one random face; returns its coefficients.
+  Eigen::VectorXd take_pictures() {
+    Random random(5);
+    const Eigen::VectorXd c = model_.shape().draw_coefficients(random);
+    const Mesh face = model_.instance(c);
+    int i = 0;
+    for (const double yaw : {-0.5, 0.0, 0.5}) {
+      const std::string name = "frame_0" + std::to_string(++i);
+      const OrthographicCamera camera = frame_camera(face.V, 160, 160, yaw);
+      write_png(folder_ / (name + ".png"), render_mesh(face, camera, {.width = 160, .height = 160}));
+      write_image_landmarks(folder_ / (name + ".json"), project_landmarks(model_, face.V, camera.affine()));
+    }
+    return c;
+  }
+  FitImagesOptions person_options() {
+    FitImagesOptions o = options();
+    o.fit.fit.jaw = JawMode::fixed;
+    o.fit.fit.sigma_mm = 0.01;
+    return o;
+  }
+};
+
+TEST_F(FitPersonTest, OneShapeAndOneTextureFromAllImages) {
+  const Eigen::VectorXd c = take_pictures();
+  const FitPersonSummary person = fit_person(person_options());
+  EXPECT_LT((person.fit.shape_coefficients - c).cwiseAbs().maxCoeff(), 0.05);  // the prior is left
+  for (const char* ending :
+       {".obj", ".mtl", ".glb", ".json", "_isomap.png", "_texture.png", "_sources.png", "_frontal.png"})
+    EXPECT_TRUE(fs::exists(folder_ / "out" / ("person" + std::string(ending)))) << ending;
+  for (const char* ending : {".json", "_isomap.png", "_overlay.png"})
+    EXPECT_TRUE(fs::exists(folder_ / "out" / ("frame_03" + std::string(ending)))) << ending;
+  EXPECT_FALSE(fs::exists(folder_ / "out/frame_03.obj"));
+  const auto json = nlohmann::json::parse(file("out/person.json"));
+  EXPECT_EQ(json["used_images"], 3);
+  EXPECT_EQ(nlohmann::json::parse(file("out/frame_01.json"))["shape_coefficients"], json["shape_coefficients"]);
+  double shares = 0;
+  for (const auto& image : json["images"]) shares += image["texture_share"].get<double>();
+  EXPECT_NEAR(shares, 1, 1e-9);
+}
+
+TEST_F(FitPersonTest, AnUnusableImageLeavesThePersonAsWithoutIt) {
+  take_pictures();
+  fs::remove(folder_ / "frame_03.png");
+  fit_person(person_options());
+  const std::string before = file("out/person.obj"), texture = file("out/person_texture.png");
+  write_file(folder_ / "frame_03.png", "no picture");
+  const FitPersonSummary person = fit_person(person_options());
+  EXPECT_EQ(person.images.failed, 1);
+  EXPECT_EQ(file("out/person.obj"), before);
+  EXPECT_EQ(file("out/person_texture.png"), texture);
+  EXPECT_THAT(file("out/problematic/frame_03.txt"), HasSubstr("frame_03.png"));
+  EXPECT_THAT(file("out/fits.csv"), HasSubstr("frame_03.png,frame_03.json,no,"));
+}
+
+TEST_F(FitPersonTest, NothingOfAnEarlierRunIsLeftWhereNoImageCanBeUsed) {
+  take_pictures();
+  fit_person(person_options());
+  for (const char* name : {"frame_01.json", "frame_02.json", "frame_03.json"}) write_file(folder_ / name, "{}");
+  EXPECT_THROW(fit_person(person_options()), InvalidInput);
+  EXPECT_FALSE(fs::exists(folder_ / "out/person.obj"));
+  EXPECT_FALSE(fs::exists(folder_ / "out/person.json"));
+  EXPECT_TRUE(fs::exists(folder_ / "out/problematic/frame_02.txt"));
+}
+
+TEST_F(FitPersonTest, BytesDoNotDependOnThreads) {
+  take_pictures();
+  FitImagesOptions o = person_options();
+  o.jobs = 1;
+  fit_person(o);
+  o.jobs = 3;
+  o.output = folder_ / "out3";
+  fit_person(o);
+  for (const auto& entry : fs::directory_iterator(folder_ / "out")) {
+    const std::string name = entry.path().filename().string();
+    EXPECT_EQ(file("out/" + name), file("out3/" + name)) << name;
+  }
+}
+
+TEST_F(FitPersonTest, AnImageMayNotHaveThePersonsName) {
+  take_picture("person", 1);
+  take_picture("frame_01", 2);
+  FitImagesOptions o = options();
+  o.images = {folder_ / "person.png"};
+  EXPECT_THAT([&] { fit_person(o); }, ThrowsMessage<InvalidInput>(HasSubstr("rename")));
+}
+
+TEST_F(FitPersonTest, ModelsWithoutColourAndTextureCoordinatesGiveShapes) {
+  take_pictures();
+  make_plain();
+  const FitPersonSummary person = fit_person(person_options());
+  EXPECT_FALSE(person.images.textured);
+  EXPECT_TRUE(fs::exists(folder_ / "out/person.obj"));
+  EXPECT_TRUE(fs::exists(folder_ / "out/person_frontal.png"));
+  EXPECT_FALSE(fs::exists(folder_ / "out/person_texture.png"));
+  FitImagesOptions o = person_options();
+  o.perspective = true;
+  EXPECT_EQ(fit_images(o).fitted, 3);
+  EXPECT_FALSE(fs::exists(folder_ / "out/person_isomap.png"));
 }
 
 }  // namespace

@@ -239,6 +239,48 @@ TEST(FitLandmarksPerspective, FitsExpressionsAsAsked) {
   EXPECT_THROW(fit_landmarks_perspective(model, seen, options), InvalidInput);
 }
 
+TEST(FitLandmarksPerspective, BlendshapesComeBackWithinTheirBounds) {
+  MorphableModelParts parts = toy_model(5).parts();
+  Vertices open = Vertices::Zero(parts.levels.back().vertex_count, 3), wide = open;
+  const Vertices mean = as_vertices(parts.shape.mean);
+  for (Eigen::Index i = 0; i < mean.rows(); ++i) {
+    open(i, 1) = mean(i, 1) < -48 ? -12 : 0;
+    wide(i, 0) = mean(i, 1) < -30 ? 0.15 * mean(i, 0) : 0;
+  }
+  parts.blendshapes = {{"open", as_vector(open)}, {"wide", as_vector(wide)}};
+  const MorphableModel model(parts);
+  const PerspectiveCamera truth = planted(0.3);
+  PerspectiveFitOptions options;
+  options.camera = known(truth);
+  options.fit.jaw = JawMode::fixed;
+  options.fit.sigma_mm = 0.05;
+  const auto weights = [&](double a, double b) {
+    return fit_landmarks_perspective(model, landmarks(model, model.mean().V + a * open + b * wide, truth), options)
+        .blendshape_weights;
+  };
+  EXPECT_NEAR(weights(0.7, 0).at("open"), 0.7, 0.02);  // the priors hold back a little
+  EXPECT_NEAR(weights(0.2, 0.6).at("wide"), 0.6, 0.02);
+  for (const auto& [name, weight] : weights(1.3, -0.4)) {
+    EXPECT_GE(weight, 0) << name;
+    EXPECT_LE(weight, 1) << name;
+  }
+}
+
+TEST(FitLandmarksPerspective, TheMeshOfAFitHasItsExpressionAndMeetsTheLandmarks) {
+  const MorphableModel model = toy_model();
+  const PerspectiveCamera truth = planted(0.2);
+  const ImageLandmarks seen = landmarks(model, model.mean().V, truth);
+  PerspectiveFitOptions options;
+  options.camera = known(truth);
+  const PerspectiveFitResult fit = fit_landmarks_perspective(model, seen, options);
+  const Mesh mesh = fitted_mesh(model, fit);
+  for (const LandmarkResidual& r : fit.summary.residuals)
+    EXPECT_LT((fit.camera.project(mesh.V.row(r.vertex).transpose()) - r.fitted).norm(), 1e-6) << r.name;
+  const double eyes = (seen.at("37").position - seen.at("46").position).norm();
+  EXPECT_NEAR(fit.summary.outer_eye_distance_px, eyes, 1e-9);
+  EXPECT_NEAR(fit.summary.rms_percent, 100 * fit.summary.rms_px / eyes, 1e-9);
+}
+
 TEST(FitLandmarksPerspective, RefusesTooFewLandmarks) {
   const MorphableModel model = toy_model();
   PerspectiveFitOptions options;
