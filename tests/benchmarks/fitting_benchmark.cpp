@@ -10,6 +10,7 @@
 #include "libmodel/fitting/fit_landmarks.h"
 #include "libmodel/fitting/fit_shape.h"
 #include "libmodel/fitting/orthographic_camera.h"
+#include "libmodel/model/prepared_sampler.h"
 #include "libregister/reference/reference_face.h"
 
 namespace facewright {
@@ -181,6 +182,20 @@ void SampleMesh(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(model().instance(c));
 }
 BENCHMARK(SampleMesh)->Unit(benchmark::kMicrosecond);
+
+/// Into a mesh that keeps its triangles, the model prepared before.
+void SampleMeshPrepared(benchmark::State& state) {
+  Random random(5);
+  const Eigen::VectorXd c = model().shape().draw_coefficients(random);
+  const PreparedSampler sampler(model().shape());
+  Mesh mesh = model().mean();
+  for (auto _ : state) {
+    sampler.instance(c, mesh.V);
+    benchmark::DoNotOptimize(mesh.V.data());
+    benchmark::ClobberMemory();
+  }
+}
+BENCHMARK(SampleMeshPrepared)->Unit(benchmark::kMicrosecond);
 
 }  // namespace
 }  // namespace facewright
