@@ -91,7 +91,9 @@ int run(int argc, char** argv) {
   Scan scan;
   for (size_t i = 0; i < list.size(); ++i) {
     const Variant& v = list[i];
-    scan = load_scan(files[i % files.size()], {mm == 1000 ? Units::m : mm == 10 ? Units::cm : Units::mm, {}});
+    ScanOptions options;
+    options.units = mm == 1000 ? Units::m : mm == 10 ? Units::cm : Units::mm;
+    scan = load_scan(files[i % files.size()], options);
     Random random(i + 1);
     Eigen::Matrix3d lean = Eigen::Matrix3d::Identity();
     if (tilt > 0)
