@@ -57,6 +57,14 @@ FitContext::FitContext(const MorphableModel& model_, const FitOptions& options_,
   contours = model.contours(options.contour.level);
 }
 
+const Eigen::VectorXd& FitContext::neutral(const Eigen::VectorXd& shape, Eigen::Index vertices) const {
+  if (neutral_.size() != 3 * vertices || neutral_shape_.size() != shape.size() || neutral_shape_ != shape) {
+    neutral_ = model.shape().instance(shape, vertices);
+    neutral_shape_ = shape;
+  }
+  return neutral_;
+}
+
 ImageFit::ImageFit(const FitContext& context, const ImageLandmarks& landmarks)
     : context_(context), seen_(observations(landmarks, context.model, context.mapper)) {
   find_unknown(landmarks);
@@ -203,8 +211,9 @@ void ImageFit::match_contour() {
   const ContourOptions& options = context_.options.contour;
   const Faces& F = context_.model.faces(options.level);
   const bool is_mean = shape_.isZero(0);  // as in the first round, for nothing
-  const Vertices V = context_.rows.instance(is_mean ? Eigen::VectorXd() : shape_, expression_,
-                                            context_.model.vertex_count(options.level));
+  const Eigen::VectorXd& neutral =
+      context_.neutral(is_mean ? Eigen::VectorXd() : shape_, context_.model.vertex_count(options.level));
+  const Vertices V = context_.rows.with_expression(neutral, expression_);
   const OutlineSearch search{pixels_(jaw_, Eigen::all), options.largest_distance * orthographic_.s};
   const auto outline = jaw_outline(V, F, context_.edges, context_.contours, camera_, options, search);
   const std::vector<int> match = match_outline(search.landmarks, outline, search.reach_px);

@@ -22,6 +22,13 @@ struct FitContext {
   Eigen::VectorXd expression_ridge, expression_lower, expression_upper;  ///< weight of the prior, bounds
   std::vector<Edge> edges;                                               ///< for JawMode::contour, else empty
   FaceContours contours;
+
+  /// Neutral leading vertices with this shape, kept until another is asked for: the images of a round share it. Not for
+  /// several threads at once.
+  const Eigen::VectorXd& neutral(const Eigen::VectorXd& shape, Eigen::Index vertices) const;
+
+ private:
+  mutable Eigen::VectorXd neutral_shape_, neutral_;
 };
 
 /// One image of a fit: its landmarks, pose, expression and outline under a given shape. A round is: linearise, then

@@ -32,13 +32,13 @@ void ModelRows::put(LandmarkShapeModel& out, Eigen::Index k, int vertex) const {
     out.basis.col(M + E + m).segment<3>(to) = (*blendshapes_)[static_cast<size_t>(m)].displacement.segment<3>(from);
 }
 
-Vertices ModelRows::instance(const Eigen::VectorXd& shape, const Eigen::VectorXd& expression,
-                             Eigen::Index vertices) const {
-  Eigen::VectorXd x = shape_->instance(shape, vertices);
-  if (expression_) x += expression_->instance(expression.head(expression_sigma_.size()), vertices);
+Vertices ModelRows::with_expression(const Eigen::VectorXd& neutral, const Eigen::VectorXd& expression) const {
+  if (expressions() == 0) return as_vertices(neutral);
+  Eigen::VectorXd x = neutral;
+  if (expression_) x += expression_->instance(expression.head(expression_sigma_.size()), x.size() / 3);
   for (Eigen::Index m = 0; m < blendshape_count_; ++m)
     if (const double w = expression[expression_sigma_.size() + m]; w != 0)
-      x += w * (*blendshapes_)[static_cast<size_t>(m)].displacement.head(3 * vertices);
+      x += w * (*blendshapes_)[static_cast<size_t>(m)].displacement.head(x.size());
   return as_vertices(x);
 }
 

@@ -22,8 +22,8 @@ class ModelRows {
   /// Room for K vertices.
   void resize(LandmarkShapeModel& out, Eigen::Index K) const;
   void put(LandmarkShapeModel& out, Eigen::Index k, int vertex) const;
-  /// The leading `vertices` of the face with these coefficients. O(3n M).
-  Vertices instance(const Eigen::VectorXd& shape, const Eigen::VectorXd& expression, Eigen::Index vertices) const;
+  /// Vertices of the face whose leading neutral ones (3n) are given, with these expression coefficients. O(3n E).
+  Vertices with_expression(const Eigen::VectorXd& neutral, const Eigen::VectorXd& expression) const;
 
  private:
   const PcaModel* shape_;
