@@ -22,7 +22,9 @@ constexpr double kCell = 10, kSmoothing = 7;                 // mm
 constexpr double kSmallest = 100, kLargest = 1600;           // mm: diagonal of half a small face, of an upper body
 constexpr double kLowestScale = 0.72, kHighestScale = 1.35;  // of faces over the reference, children included
 constexpr int kTried = 24, kFitted = 6;
-constexpr double kSure = 0.9;        // share of triangles that must agree
+constexpr double kSure = 0.9;  // share of triangles that must agree
+constexpr double kSureTexture =
+    0.75;                            // noise folds single triangles; a picture used for both halves of a face gives 0.5
 constexpr double kLeastCover = 0.8;  // of the inner face
 constexpr double kOverrideAngle = 50 * std::numbers::pi / 180;
 
@@ -210,18 +212,16 @@ std::string nothing_found(const SurfaceSample& sample, double diagonal, const Re
 void decide_sides(const SurfaceSides& sides, const FrameOptions& o, FrameDetection* d) {
   FrameSummary& s = d->summary;
   s.outward = sides.outward, s.unmirrored = sides.unmirrored;
-  const bool inward = sides.outward < 1 - kSure;
-  if (!inward && sides.outward < kSure)
+  if (sides.outward > 1 - kSure && sides.outward < kSure)
     s.warnings.push_back("the winding of " + number(100 * (1 - sides.outward)) +
                          " % of the face's triangles is turned over");
   const bool shows_inward = sides.outward < 0.5;
   if (o.handedness != Handedness::automatic) {
     d->mirrored = o.handedness == Handedness::left;
   } else if (shows_inward) {
-    if (sides.unmirrored >= kSure) {
-      // Seen from outside, the texture lies the right way round on triangles that show inward ...
-      d->mirrored = false;
-    } else if (sides.unmirrored >= 0 && sides.unmirrored <= 1 - kSure) {
+    if (sides.unmirrored >= kSureTexture) {
+      d->mirrored = false;  // seen from outside, the picture is the right way round: only the triangles are wrong
+    } else if (sides.unmirrored >= 0 && sides.unmirrored <= 1 - kSureTexture) {
       d->mirrored = true;
     } else {
       s.problem =
@@ -231,7 +231,7 @@ void decide_sides(const SurfaceSides& sides, const FrameOptions& o, FrameDetecti
           "side). Look at the scan: if it shows the person as they are, set the handedness to right, if mirrored to "
           "left";
     }
-  } else if (sides.unmirrored >= 0 && sides.unmirrored <= 1 - kSure) {
+  } else if (sides.unmirrored >= 0 && sides.unmirrored <= 1 - kSureTexture) {
     s.warnings.push_back(
         "the texture lies mirrored on the face: its coordinates run downwards, or the scan is a mirror image with its "
         "triangles turned over (then set the handedness to left)");

@@ -213,7 +213,7 @@ Scan load_scan(const ScanFiles& files, const ScanOptions& options) {
   scan.repair.non_finite += imported.non_finite_triangles;
   scan.welded_vertices = imported.welded_vertices;
   if (files.landmarks) scan.landmarks = read_landmarks(*files.landmarks);
-  if (options.landmark_names && !scan.landmarks.empty())
+  if (options.landmark_names && !files.has_our_names && !scan.landmarks.empty())
     scan.landmarks = rename_landmarks(scan.landmarks, read_landmark_names(*options.landmark_names));
   const Units units = files.units != Units::automatic ? files.units : options.units;
   if (options.reference)

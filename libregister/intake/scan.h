@@ -41,6 +41,7 @@ struct ScanFiles {
   std::optional<std::filesystem::path> landmarks;  ///< beside the mesh: ID.json, .pts, .pp, .mrk.json, .fcsv,
                                                    ///< .ljson, .tlms, .csv, .bnd, .lm3
   Units units = Units::automatic;                  ///< of this scan, if its manifest states them
+  bool has_our_names = false;                      ///< `landmarks` needs no mapping of names, whatever the options say
 };
 
 /// Mesh files in a folder, sorted by id, with the landmark files beside them. Throws IoError if the folder cannot be
