@@ -113,8 +113,11 @@ void add_inputs(CLI::App& app, Arguments& a) {
   app.add_option("--model", a.model, "Model file (.h5)")->required()->check(CLI::ExistingFile);
   app.add_option("--image", a.images, "Images of one face each, folders of them, or sequences such as frame_%04d.png")
       ->group("Input, one of");
-  app.add_option("--scan", a.scan, "A scan of a face, mesh or points (.ply, .obj)")->group("Input, one of");
+  app.add_option("--scan", a.scan, "A scan of a face, mesh or points (.ply, .obj)")
+      ->check(CLI::ExistingFile)
+      ->group("Input, one of");
   app.add_option("--points", a.points, "3D landmarks alone (.json, .pts, .pp, .mrk.json, .fcsv, .ljson)")
+      ->check(CLI::ExistingFile)
       ->group("Input, one of");
   app.add_option("--landmarks", a.landmarks,
                  "Landmark files in the order of the images (default: .pts, .json or .ljson beside each image; without "
@@ -286,6 +289,7 @@ int run_scan(const CLI::App& app, Arguments& a) {
   options.fit.modes = options.points.modes = fit.modes;
   options.fit.level = a.fit.fit.level;
   options.fit.expression = options.points.expression = a.expression != "none";
+  options.needs_expression = a.expression == "modes";
   options.fit.threads = options.refinement.threads = a.common.jobs;
   if (stated(app, "--sigma-mm")) options.fit.landmark_sigma_mm = options.points.sigma_mm = fit.sigma_mm;
   if (stated(app, "--iterations")) options.fit.iterations = options.points.iterations = fit.iterations;

@@ -46,6 +46,8 @@ void check(const FitScanFilesOptions& o, const MorphableModel& model, const fs::
   if (o.fit.level >= model.level_count())
     throw InvalidInput(o.model.string() + ": level: expected -1.." + std::to_string(model.level_count() - 1) +
                        ", got " + std::to_string(o.fit.level));
+  if (o.needs_expression && !model.expression())
+    throw InvalidInput(o.model.string() + ": the model has no expression modes; leave --expression out");
   if (!(o.error_range_mm > 0)) throw InvalidInput("error picture: expected a range > 0 mm");
   if (o.refine && o.scan.empty())
     throw InvalidInput("refinement: there is no scan to refine to; leave it out, or name the scan");

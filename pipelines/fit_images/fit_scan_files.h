@@ -20,10 +20,11 @@ struct FitScanFilesOptions {
   std::filesystem::path output;     ///< folder to write into
   double mm_per_unit = 0;           ///< of scan and landmarks; 0 = from the size of the face: mm, cm or m
   FitScanOptions fit;
-  FitPointsOptions points;    ///< where there is no scan
-  bool refine = false;        ///< also free offsets after the fit
-  RefineOptions refinement;   ///< their options
-  double error_range_mm = 2;  ///< distance at which the error picture's colours end, > 0
+  FitPointsOptions points;        ///< where there is no scan
+  bool needs_expression = false;  ///< refuse a model without expression modes
+  bool refine = false;            ///< also free offsets after the fit
+  RefineOptions refinement;       ///< their options
+  double error_range_mm = 2;      ///< distance at which the error picture's colours end, > 0
 };
 
 struct FitScanFilesSummary {
