@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
+#include "libmodel/core/errors.h"
 #include "libmodel/render/framing.h"
 #include "libmodel/render/head_pose.h"
 #include "libmodel/render/overlays.h"
@@ -87,6 +88,19 @@ Image landmark_picture(const Scan& scan, const FindLandmarksResult& result, cons
 
 Image message_picture(const std::vector<std::string>& lines) {
   return text_strip(3 * kSize, wrapped(lines, 3 * kSize));
+}
+
+Image failure_picture(const std::filesystem::path& mesh, const std::vector<std::string>& lines) {
+  try {
+    ScanFiles files;
+    files.mesh = mesh;
+    files.units = Units::mm;
+    return landmark_picture(load_scan(files), {}, lines);
+  } catch (const IoError&) {
+    return message_picture(lines);
+  } catch (const InvalidInput&) {
+    return message_picture(lines);
+  }
 }
 
 }  // namespace facewright

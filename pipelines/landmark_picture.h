@@ -18,4 +18,7 @@ Image landmark_picture(const Scan& scan, const FindLandmarksResult& result, cons
 /// Only the text: there is no scan to show.
 Image message_picture(const std::vector<std::string>& lines);
 
+/// Of a scan in which no landmarks were found: the scan as it lies in its file, if that can be read, and the text.
+Image failure_picture(const std::filesystem::path& mesh, const std::vector<std::string>& lines);
+
 }  // namespace facewright

@@ -75,7 +75,7 @@ void write_failure(const LandmarkedScan& outcome, const Scan& scan, const Places
   fs::remove(to.landmarks, ignored);  // of an earlier run
   write_file(to.problem, "scan: " + outcome.file.string() + "\n" + outcome.reason + "\n");
   write_png(to.picture, scan.mesh.F.rows() > 0 ? landmark_picture(scan, {}, describe(outcome))
-                                               : message_picture(describe(outcome)));
+                                               : failure_picture(outcome.file, describe(outcome)));
 }
 
 LandmarkedScan landmark_one(const ScanFiles& files, const LandmarkScansOptions& options,

@@ -12,6 +12,7 @@
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/image_files.h"
 #include "libmodel/io/landmark_files.h"
+#include "libmodel/io/landmark_names.h"
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/io/sha256.h"
 #include "pipelines/landmark_picture.h"
@@ -66,7 +67,8 @@ std::string key_of(const ScanFiles& files, const BuildPipelineOptions& options) 
       file_axis_name(options.scan.frame.front) + std::to_string(static_cast<int>(options.scan.frame.handedness));
   if (const auto texture = texture_file(files.mesh)) material += sha256(read_file(*texture));
   if (files.landmarks) material += sha256(read_file(*files.landmarks));
-  for (const fs::path& file : {options.reference, options.reference_landmarks})
+  for (const fs::path& file :
+       {options.reference, options.reference_landmarks, options.scan.landmark_names.value_or(fs::path())})
     if (!file.empty()) material += sha256(read_file(file));
   return sha256(material);
 }
@@ -109,7 +111,10 @@ Standing standing_of(const ScanFiles& files, const std::map<std::string, Record>
   }
   if (options.resume && record != records.end() && record->second.key == key && !record->second.reason.empty())
     return Standing::in_vain;
-  return files.landmarks && has_all(read_landmarks(*files.landmarks)) ? Standing::given : Standing::wanted;
+  if (!files.landmarks) return Standing::wanted;
+  Landmarks own = read_landmarks(*files.landmarks);
+  if (options.scan.landmark_names) own = rename_landmarks(own, read_landmark_names(*options.scan.landmark_names));
+  return has_all(own) ? Standing::given : Standing::wanted;
 }
 
 }  // namespace
@@ -120,6 +125,7 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
   LandmarkStageSummary summary;
   std::map<std::string, Record> records = read_records(tree);
   std::vector<ScanFiles*> wanted;
+  const auto take_from_output = [&](ScanFiles& f) { f.landmarks = tree.landmarks(f.id), f.has_our_names = true; };
   for (ScanFiles& f : *files) {
     std::string key;
     Standing standing = Standing::given;  // a scan that cannot be read is for its registration to explain
@@ -127,9 +133,10 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
       key = key_of(f, options);
       standing = standing_of(f, records, key, options, tree);
     } catch (const IoError&) {
+    } catch (const InvalidInput&) {
     }
     const bool has_own = f.landmarks.has_value();
-    if (standing == Standing::by_hand || standing == Standing::kept) f.landmarks = tree.landmarks(f.id);
+    if (standing == Standing::by_hand || standing == Standing::kept) take_from_output(f);
     if (standing == Standing::given) ++summary.given;
     if (standing == Standing::by_hand) ++summary.by_hand;
     if (standing == Standing::kept) ++(has_own ? summary.completed : summary.found);
@@ -155,12 +162,15 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
     } catch (const IoError& error) {
       reason = error.what();
     }
-    if (reason.empty()) write_landmarks(tree.landmarks(scan.id), marks);
+    if (reason.empty())
+      write_landmarks(tree.landmarks(scan.id), marks);
+    else
+      write_png(tree.landmark_picture(scan.id), failure_picture(scan.mesh, {scan.id + ": no landmarks", reason}));
     const std::lock_guard lock(mutex);
     if (reason.empty()) {
       records[scan.id].sha256 = sha256(read_file(tree.landmarks(scan.id)));
       ++(scan.landmarks ? summary.completed : summary.found);
-      scan.landmarks = tree.landmarks(scan.id);
+      take_from_output(scan);
     } else {
       records[scan.id].reason = reason;
       std::error_code ignored;

@@ -75,6 +75,7 @@ std::string scan_key(const ScanFiles& files, const std::string& reference_key, c
   std::string material = reference_key + options_json(options).dump() + sha256(read_file(files.mesh));
   if (const auto texture = texture_file(files.mesh)) material += sha256(read_file(*texture));  // it guides
   if (files.landmarks) material += sha256(read_file(*files.landmarks));
+  if (files.landmarks && options.scan.landmark_names) material += sha256(read_file(*options.scan.landmark_names));
   if (files.units != Units::automatic) material += "units " + std::to_string(static_cast<int>(files.units));
   return sha256(material);
 }

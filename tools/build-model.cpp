@@ -79,7 +79,8 @@ int main(int argc, char** argv) {
                          CommonFlags::axes | CommonFlags::resume,
                      "build-model scans -o model -j 2");
   BuildPipelineOptions options;
-  std::string denoise = "auto", gpa = "rigid", gains = "none", criterion = "deviation", reference, reference_landmarks;
+  std::string denoise = "auto", gpa = "rigid", gains = "none", criterion = "deviation", reference, reference_landmarks,
+              landmark_names;
   std::vector<std::string> levels = {"surrey"};
   bool no_mirror = false, no_landmarking = false, asymmetric = false, own_shape = false;
   app.add_option(
@@ -122,6 +123,9 @@ int main(int argc, char** argv) {
   app.add_option("--landmark-stddev", options.registration.landmark_stddev,
                  "Precision of landmarks that state none, mm")
       ->check(CLI::Range(0.01, 20.0));
+  app.add_option("--landmark-names", landmark_names,
+                 "What the names in the landmark files mean, if they are not ibug's: a mapping file")
+      ->check(CLI::ExistingFile);
   app.add_flag("--no-landmarking", no_landmarking,
                "Find no landmarks: scans without a landmark file are left out, names that a file lacks are missing");
   app.add_flag("--no-mirror", no_mirror, "Do not fill unseen parts from the other side of the face");
@@ -136,6 +140,7 @@ int main(int argc, char** argv) {
     options.seed = common.seed;
     options.resume = common.resume;
     options.scan = scan_options(common);
+    if (!landmark_names.empty()) options.scan.landmark_names = landmark_names;
     options.registration.denoise.method = denoise_from_name(denoise);
     options.find_landmarks = !no_landmarking;
     options.registration.use_mirror = !no_mirror;
