@@ -11,7 +11,7 @@
 #include "libregister/reference/remesh_half.h"
 #include "pipelines/make_reference.h"
 #include "pipelines/reference_file.h"
-#include "tools/cli.h"
+#include "tools/scan_flags.h"
 
 using namespace facewright;
 
@@ -85,7 +85,7 @@ int main(int argc, char** argv) {
   app.add_option("--save-mesh", save_mesh, "Also write the reference as a mesh (.ply)");
   return run_program(argc, argv, app, common, [&] {
     options.mouth_slit = !no_slit;
-    const Scan scan = load_scan({mesh.stem().string(), mesh, landmarks}, {units_from_name(common.units), {}});
+    const Scan scan = load_scan({mesh.stem().string(), mesh, landmarks}, scan_options(common));
     ProgressBar bar(common);
     MakeReferenceResult result;
     try {

@@ -11,7 +11,7 @@
 #include "pipelines/error_picture.h"
 #include "pipelines/reference_file.h"
 #include "pipelines/registration_report.h"
-#include "tools/cli.h"
+#include "tools/scan_flags.h"
 
 using namespace facewright;
 
@@ -42,7 +42,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.001, 100.0));
   app.add_flag("--save-stages", options.keep_stages, "Also write the mesh after every stage: ID_global.ply, ...");
   return run_program(argc, argv, app, common, [&] {
-    const Scan scan = load_scan({mesh.stem().string(), mesh, landmarks}, {units_from_name(common.units), {}});
+    const Scan scan = load_scan({mesh.stem().string(), mesh, landmarks}, scan_options(common));
     const MultiresTemplate reference =
         reference_file.empty() ? default_reference() : build_template(load_reference_file(reference_file));
     const RegistrationResult result = register_scan(scan.mesh, scan.landmarks, reference, options);
