@@ -10,6 +10,7 @@
 #include "libmodel/geometry/normals.h"
 #include "libregister/landmarking/coarse_pose.h"
 #include "libregister/landmarking/image_landmarks.h"
+#include "libregister/landmarking/landmark_checks.h"
 #include "libregister/landmarking/relief_landmarks.h"
 #include "libregister/landmarking/template_reading.h"
 #include "libregister/landmarking/thin_mesh.h"
@@ -22,16 +23,12 @@ constexpr double kPoseEdge = 3;                  // mm: detail that poses are fo
 constexpr Eigen::Index kMostTriangles = 300000;  // of what is shown and registered; a face scan has fewer
 constexpr double kFloor = 1.0;                   // mm: what the predictor gets wrong alike in all views
 
-bool is_jaw(const std::string& name) {
-  return name.size() <= 2 && name.find_first_not_of("0123456789") == name.npos && std::stoi(name) <= 17;
-}
-
 // The middle of the inner landmarks: eyes, nose and mouth.
 Eigen::Vector3d face_centre(const Landmarks& marks) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double n = 0;
   for (const auto& [name, mark] : marks)
-    if (!is_jaw(name)) sum += mark.position, ++n;
+    if (!is_jaw_landmark(name)) sum += mark.position, ++n;
   return sum / std::max(1.0, n);
 }
 
@@ -79,7 +76,7 @@ ScanLandmarker::ScanLandmarker(const MultiresTemplate& reference, LandmarkMethod
   if (method == LandmarkMethod::automatic && !there) return;
   p.detector = std::make_shared<FaceDetector>(file);
   Landmarks wanted = p.marks;
-  std::erase_if(wanted, [](const auto& m) { return is_jaw(m.first); });
+  std::erase_if(wanted, [](const auto& m) { return is_jaw_landmark(m.first); });
   Mesh face = reference.level_mesh(levels - 1);
   p.clay = calibrate_views(*p.detector, face, wanted, default_view_angles(), p.view);
   p.painted = p.clay;
@@ -106,11 +103,30 @@ struct Surface {
   const LinearImage* texture;  // of `shown`, or nullptr
 };
 
+// Leaves the poses near one that is known, or that alone.
+void keep_near(const Similarity& known, const FacePattern& pattern, double least_score,
+               std::vector<CoarsePose>* poses) {
+  constexpr double kAngle = 35 * std::numbers::pi / 180, kDistance = 50;  // mm
+  const Eigen::Vector3d middle = pattern.V.colwise().mean().transpose();
+  std::erase_if(*poses, [&](const CoarsePose& pose) {
+    const Similarity& S = pose.scan_from_head;
+    return Eigen::AngleAxisd(S.R.transpose() * known.R).angle() > kAngle ||
+           (S * middle - known * middle).norm() > kDistance;
+  });
+  if (poses->empty()) poses->push_back({known, least_score});
+}
+
+// A pose, and what the detector says of it.
+struct Candidate {
+  CoarsePose pose;
+  FrontCheck front;
+};
+
 }  // namespace
 
 // What finds landmarks for a pose; another pose and better landmarks come of them.
 struct ScanLandmarker::Search {
-  Parts& p;
+  const Parts& p;
   const Surface& surface;
   FaceViewOptions view;
   const std::vector<ViewCalibration>& calibrations;
@@ -168,70 +184,108 @@ struct ScanLandmarker::Search {
     }
     return found;
   }
+
+  // Poses in the order in which they are to be tried: where the detector sees a face first.
+  std::vector<Candidate> candidates(const std::vector<CoarsePose>& poses, const PoseTarget& target,
+                                    double least_score) const {
+    std::vector<Candidate> list;
+    for (const CoarsePose& pose : poses) {
+      if (pose.score < least_score) break;
+      Candidate c{straighten(pose, p.pattern, target), {}};
+      if (p.detector) {
+        const FaceView front = look_at(surface.shown, surface.texture, c.pose.scan_from_head, {}, view);
+        c.front = check_front(*p.detector, front, calibrations[0]);
+        c.front.seen &= c.front.offset < 0.35 && c.front.scale > 0.65 && c.front.scale < 1.5;
+      }
+      list.push_back(c);
+      if (c.front.seen) break;
+    }
+    std::stable_sort(list.begin(), list.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.front.seen && !b.front.seen; });
+    return list;
+  }
+
+  void read(const std::string& round, StageClock* clock, FindLandmarksResult* result) const {
+    FindLandmarksSummary& s = result->summary;
+    clock->finish("views " + round);
+    s.detected = static_cast<int>(result->detected.size());
+    const TemplateReading reading = read_off_template(surface.mesh, result->detected, p.coarse);
+    result->scan_from_head = reading.scan_from_head;
+    result->landmarks = reading.landmarks;
+    s.dropped = reading.dropped;
+    s.leave_one_out_rms = reading.leave_one_out_rms;
+    s.matched = reading.matched;
+    clock->finish("template " + round);
+  }
+
+  // From a pose to all landmarks, and how far they can be trusted.
+  void run(const Candidate& candidate, FindLandmarksResult* result) const {
+    FindLandmarksSummary& s = result->summary;
+    StageClock clock(&s.seconds);
+    s.method = p.detector ? "pictures" : "geometry";
+    s.pose_score = candidate.pose.score;
+    s.face_seen = candidate.front.seen;
+    s.detector_score = candidate.front.score;
+    result->scan_from_head = candidate.pose.scan_from_head;
+    try {
+      if (p.detector) {
+        result->detected = by_pictures(result->scan_from_head, Care::quick, &s);
+        read("1", &clock, result);
+        result->detected = by_both(by_pictures(result->scan_from_head, Care::thorough, &s), &s);
+        read("2", &clock, result);
+      } else {
+        result->detected = by_relief(result->scan_from_head, &s);
+        read("1", &clock, result);
+      }
+      s.reason = landmark_failure(s);
+    } catch (const InvalidInput& e) {
+      s.reason = e.what();  // the landmarks are no face's
+    }
+    s.found = s.reason.empty();
+    if (!s.found) {
+      result->landmarks.clear();
+      return;
+    }
+    s.asymmetry = landmark_asymmetry(result->landmarks);
+    s.doubt = landmark_doubt(s);
+    state_deviations(result->detected, &result->landmarks);
+  }
 };
 
 FindLandmarksResult ScanLandmarker::find(const Mesh& mesh, const Image& texture, const FindLandmarksOptions& options) {
   validate(mesh);
-  Parts& p = *parts_;
+  const Parts& p = *parts_;
   FindLandmarksResult result;
   FindLandmarksSummary& s = result.summary;
   StageClock clock(&s.seconds);
   s.method = p.detector ? "pictures" : "geometry";
   const bool textured = options.use_colour && mesh.has_uv() && !texture.empty();
+  const bool coloured = textured || (options.use_colour && mesh.has_colours());
   const Mesh reduced = thin_mesh_to(mesh, kMostTriangles);
-  const Mesh& shown = textured ? mesh : reduced;
   Mesh thin = thin_mesh(reduced, kPoseEdge);
   Vertices normals = vertex_normals(thin.V, thin.F);
   const PoseTarget target(std::move(thin), std::move(normals));
   clock.finish("thinning");
   std::vector<CoarsePose> poses = find_coarse_poses(p.pattern, target);
-  if (poses.empty() || poses[0].score < options.least_pose) {
-    s.pose_score = poses.empty() ? 0 : poses[0].score;
-    s.reason = "no face was found on the surface; check that the scan shows one and its units, or give landmarks";
-    return result;
-  }
+  if (options.scan_from_head) keep_near(*options.scan_from_head, p.pattern, options.least_pose, &poses);
   clock.finish("pose");
+  s.pose_score = poses.empty() ? 0 : poses[0].score;
+  s.reason = "no face was found on the surface; check that the scan shows one and its units, or give landmarks";
+  if (s.pose_score < options.least_pose) return result;
   const auto prepared = textured ? std::make_unique<LinearImage>(texture) : nullptr;
-  const LinearImage* colours = prepared.get();
-  const FaceViewOptions view_options = p.view_options(options);
-  const bool coloured = textured || (options.use_colour && mesh.has_colours());
-  const std::vector<ViewCalibration>& calibrations = coloured ? p.painted : p.clay;
-  CoarsePose pose = straighten(poses[0], p.pattern, target);
-  if (p.detector) {
-    for (const CoarsePose& found : poses) {
-      if (found.score < options.least_pose) break;
-      const CoarsePose candidate = straighten(found, p.pattern, target);
-      const FaceView front = look_at(shown, colours, candidate.scan_from_head, {}, view_options);
-      const FrontCheck check = check_front(*p.detector, front, calibrations[0]);
-      if (!check.seen || check.offset > 0.35 || check.scale < 0.65 || check.scale > 1.5) continue;
-      pose = candidate;
-      s.face_seen = true;
-      s.detector_score = check.score;
-      break;
-    }
-    clock.finish("detection");
+  const Surface surface{reduced, textured ? mesh : reduced, prepared.get()};
+  const Search search{p, surface, p.view_options(options), coloured ? p.painted : p.clay};
+  std::vector<Candidate> candidates = search.candidates(poses, target, options.least_pose);
+  clock.finish("detection");
+  for (const Candidate& candidate : candidates) {
+    FindLandmarksResult attempt;
+    attempt.summary.seconds = s.seconds;
+    search.run(candidate, &attempt);
+    const bool first = &candidate == &candidates.front();
+    if (first || attempt.summary.found) result = std::move(attempt);
+    if (result.summary.found) break;
   }
-  s.pose_score = pose.score;
-  result.scan_from_head = pose.scan_from_head;
-  const Surface surface{reduced, shown, colours};
-  const Search search{p, surface, view_options, calibrations};
-  for (int round = 0; round < (p.detector ? 2 : 1); ++round) {
-    result.detected = p.detector
-                          ? search.by_pictures(result.scan_from_head, round == 0 ? Care::quick : Care::thorough, &s)
-                          : search.by_relief(result.scan_from_head, &s);
-    if (p.detector && round == 1) result.detected = search.by_both(result.detected, &s);
-    clock.finish("views " + std::to_string(round));
-    s.detected = static_cast<int>(result.detected.size());
-    const TemplateReading reading = read_off_template(reduced, result.detected, p.coarse);
-    result.scan_from_head = reading.scan_from_head;
-    result.landmarks = reading.landmarks;
-    s.dropped = reading.dropped;
-    s.leave_one_out_rms = reading.leave_one_out_rms;
-    s.matched = reading.matched;
-    clock.finish("template " + std::to_string(round));
-  }
-  if (!options.refine) result.landmarks = result.detected;
-  s.found = true;
+  if (!options.refine && s.found) result.landmarks = result.detected;
   return result;
 }
 

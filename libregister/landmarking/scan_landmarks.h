@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,8 @@ struct FindLandmarksOptions {
   int picture_size = 640;    ///< pixels, 320 .. 2048: width and height of the rendered views
   double least_pose = 0.45;  ///< 0..1, CoarsePose::score: below it there is no face on the scan
   int threads = 1;           ///< 0 = all; the landmarks do not depend on it
+  /// Where the head is (mm), known to 35 degrees and 50 mm, if it is known: faces elsewhere on the surface are none.
+  std::optional<Similarity> scan_from_head = std::nullopt;
 };
 
 struct FindLandmarksSummary {
