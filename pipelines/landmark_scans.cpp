@@ -92,7 +92,7 @@ LandmarkedScan landmark_one(const ScanFiles& files, const LandmarkScansOptions& 
     outcome.units = scan.units_reason;
     FindLandmarksOptions find = options.find;
     find.threads = threads;
-    result = pool.find(scan.mesh, scan.texture, find);
+    result = pool.find(scan, find);
     outcome.summary = result.summary;
     outcome.found = result.summary.found;
     outcome.reason = result.summary.reason;

@@ -83,7 +83,7 @@ Landmarks completed(const ScanFiles& files, const BuildPipelineOptions& options,
     throw InvalidInput(
         "the scan's axes are left-handed: " + scan.units_reason +
         ". Mirror the file (negate one coordinate and turn its triangles over) and its texture stays right");
-  const FindLandmarksResult result = pool.find(scan.mesh, scan.texture, {.threads = 1});
+  const FindLandmarksResult result = pool.find(scan, {});
   std::vector<std::string> text = {files.id};
   if (!result.summary.found) text.push_back(result.summary.reason);
   if (!result.summary.doubt.empty()) text.push_back("to be looked at: " + result.summary.doubt);

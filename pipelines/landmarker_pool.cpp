@@ -26,9 +26,15 @@ ScanLandmarker LandmarkerPool::take() {
   return landmarker;
 }
 
-FindLandmarksResult LandmarkerPool::find(const Mesh& mesh, const Image& texture, const FindLandmarksOptions& options) {
+FindLandmarksResult LandmarkerPool::find(const Scan& scan, FindLandmarksOptions options) {
+  if (scan.frame && !scan.frame->mirrored && !scan.frame->summary.candidates.empty()) {
+    Similarity head = scan.frame->summary.candidates.front().scan_from_head;
+    head.s *= scan.mm_per_unit;
+    head.t *= scan.mm_per_unit;
+    options.scan_from_head = head;
+  }
   ScanLandmarker landmarker = take();
-  FindLandmarksResult result = landmarker.find(mesh, texture, options);
+  FindLandmarksResult result = landmarker.find(scan.mesh, scan.texture, options);
   const std::lock_guard lock(mutex_);
   free_.push_back(std::move(landmarker));
   return result;

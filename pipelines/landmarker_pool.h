@@ -6,6 +6,7 @@
 #include <mutex>
 #include <vector>
 
+#include "libregister/intake/scan.h"
 #include "libregister/landmarking/scan_landmarks.h"
 
 namespace facewright {
@@ -19,7 +20,8 @@ ScanLandmarker make_scan_landmarker(const MultiresTemplate& reference, bool is_b
 class LandmarkerPool {
  public:
   explicit LandmarkerPool(ScanLandmarker first) : first_(std::move(first)) {}
-  FindLandmarksResult find(const Mesh& mesh, const Image& texture, const FindLandmarksOptions& options);
+  /// The head is looked for where the geometry of the scan's frame has put it, if it was asked (Scan::frame).
+  FindLandmarksResult find(const Scan& scan, FindLandmarksOptions options);
 
  private:
   ScanLandmarker take();
