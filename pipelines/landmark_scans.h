@@ -29,14 +29,15 @@ struct LandmarkedScan {
   std::string id;
   std::filesystem::path file;
   bool found = false;
-  std::string reason;  ///< why not, and what to do
-  std::string units;   ///< how they were found
+  bool by_hand = false;  ///< somebody's file was there and stays; nothing was looked for
+  std::string reason;    ///< why not, and what to do
+  std::string units;     ///< how they were found
   FindLandmarksSummary summary;
 };
 
 struct LandmarkScansSummary {
   std::vector<LandmarkedScan> scans;  ///< sorted by id
-  int found = 0, failed = 0;
+  int found = 0, by_hand = 0, failed = 0;
   bool used_pictures = false;
 };
 
@@ -46,7 +47,9 @@ std::vector<ScanFiles> list_scans(const std::vector<std::filesystem::path>& inpu
 
 /// Finds the landmarks of scans and writes, by a scan's id: ID.json (or the format asked for; the file's own units and
 /// axes) and ID.png, a picture with the landmarks; for a failure the picture of what was read and problematic/ID.txt
-/// with the reason; and landmarks.csv, a line per scan. Throws InvalidInput if there is no scan or an id comes twice.
+/// with the reason; and landmarks.csv, a line per scan. A landmark file in the folder that no search has written as it
+/// stands is somebody's work and is kept (landmark_record.h). Throws InvalidInput if there is no scan, an id comes
+/// twice, the format cannot hold the landmarks, or the folder is that of the scans.
 LandmarkScansSummary landmark_scans(const LandmarkScansOptions& options, const Progress& progress = {});
 
 }  // namespace facewright

@@ -2,10 +2,9 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "pipelines/landmark_stage.h"
 
+#include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <optional>
-#include <set>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
@@ -16,13 +15,13 @@
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/io/sha256.h"
 #include "pipelines/landmark_picture.h"
+#include "pipelines/landmark_record.h"
 #include "pipelines/landmarker_pool.h"
 #include "pipelines/scan_stage.h"
 
 namespace facewright {
 namespace {
 
-using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 constexpr int kFirstInner = 18, kLastInner = 68;  // of ibug's; the jaw before them has no points of its own
@@ -31,33 +30,6 @@ bool has_all(const Landmarks& landmarks) {
   for (int i = kFirstInner; i <= kLastInner; ++i)
     if (landmarks.count(std::to_string(i)) == 0) return false;
   return true;
-}
-
-// What is remembered of a search: what in, and the file that came of it, or why none.
-struct Record {
-  std::string key, sha256, reason;
-};
-
-std::map<std::string, Record> read_records(const OutputTree& tree) {
-  std::map<std::string, Record> records;
-  if (!fs::exists(tree.found_landmarks())) return records;
-  const Json table = Json::parse(read_file(tree.found_landmarks()), nullptr, false);
-  if (!table.is_object()) return records;
-  for (const auto& [id, entry] : table.items())
-    if (entry.is_object()) records[id] = {entry.value("key", ""), entry.value("sha256", ""), entry.value("reason", "")};
-  return records;
-}
-
-void write_records(const std::map<std::string, Record>& records, const OutputTree& tree) {
-  Json table = Json::object();
-  for (const auto& [id, record] : records) {
-    table[id] = {{"key", record.key}};
-    if (record.reason.empty())
-      table[id]["sha256"] = record.sha256;
-    else
-      table[id]["reason"] = record.reason;
-  }
-  write_file(tree.found_landmarks(), table.dump(1) + "\n");
 }
 
 std::string key_of(const ScanFiles& files, const BuildPipelineOptions& options) {
@@ -101,16 +73,15 @@ Landmarks completed(const ScanFiles& files, const BuildPipelineOptions& options,
 enum class Standing { given, by_hand, kept, in_vain, wanted };
 
 // What a scan has already.
-Standing standing_of(const ScanFiles& files, const std::map<std::string, Record>& records, const std::string& key,
-                     const BuildPipelineOptions& options, const OutputTree& tree) {
-  const auto record = records.find(files.id);
-  if (fs::exists(tree.landmarks(files.id))) {
-    const bool ours = record != records.end() && record->second.sha256 == sha256(read_file(tree.landmarks(files.id)));
-    if (!ours) return Standing::by_hand;
-    if (options.resume && record->second.key == key) return Standing::kept;
+Standing standing_of(const ScanFiles& files, const std::string& key, const BuildPipelineOptions& options,
+                     const OutputTree& tree) {
+  const fs::path file = tree.landmarks(files.id);
+  if (is_by_hand(file)) return Standing::by_hand;
+  const auto record = landmark_record(file);
+  if (options.resume && record && record->key == key) {
+    if (!record->reason.empty()) return Standing::in_vain;
+    if (fs::exists(file)) return Standing::kept;
   }
-  if (options.resume && record != records.end() && record->second.key == key && !record->second.reason.empty())
-    return Standing::in_vain;
   if (!files.landmarks) return Standing::wanted;
   Landmarks own = read_landmarks(*files.landmarks);
   if (options.scan.landmark_names) own = rename_landmarks(own, read_landmark_names(*options.scan.landmark_names));
@@ -123,15 +94,14 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
                                     const BuildPipelineOptions& options, const OutputTree& tree,
                                     const Progress& progress) {
   LandmarkStageSummary summary;
-  std::map<std::string, Record> records = read_records(tree);
-  std::vector<ScanFiles*> wanted;
+  std::vector<std::pair<ScanFiles*, std::string>> wanted;  // and their keys
   const auto take_from_output = [&](ScanFiles& f) { f.landmarks = tree.landmarks(f.id), f.has_our_names = true; };
   for (ScanFiles& f : *files) {
     std::string key;
     Standing standing = Standing::given;  // a scan that cannot be read is for its registration to explain
     try {
       key = key_of(f, options);
-      standing = standing_of(f, records, key, options, tree);
+      standing = standing_of(f, key, options, tree);
     } catch (const IoError&) {
     } catch (const InvalidInput&) {
     }
@@ -140,8 +110,8 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
     if (standing == Standing::given) ++summary.given;
     if (standing == Standing::by_hand) ++summary.by_hand;
     if (standing == Standing::kept) ++(has_own ? summary.completed : summary.found);
-    if (standing == Standing::wanted) wanted.push_back(&f), records[f.id] = {key, "", ""};
-    if (standing == Standing::in_vain && !has_own) summary.failed[f.id] = records[f.id].reason;
+    if (standing == Standing::wanted) wanted.emplace_back(&f, key);
+    if (standing == Standing::in_vain && !has_own) summary.failed[f.id] = landmark_record(tree.landmarks(f.id))->reason;
   }
   if (wanted.empty()) return summary;
 
@@ -152,7 +122,9 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
   int done = 0;
   if (progress) progress({"landmarks", 0, total, ""});
   parallel_for(total, options.jobs, [&](int i) {
-    ScanFiles& scan = *wanted[static_cast<size_t>(i)];
+    ScanFiles& scan = *wanted[static_cast<size_t>(i)].first;
+    const std::string& key = wanted[static_cast<size_t>(i)].second;
+    const fs::path file = tree.landmarks(scan.id);
     Landmarks marks;
     std::string reason;
     try {
@@ -162,24 +134,21 @@ LandmarkStageSummary landmark_stage(std::vector<ScanFiles>* files, const Referen
     } catch (const IoError& error) {
       reason = error.what();
     }
-    if (reason.empty())
-      write_landmarks(tree.landmarks(scan.id), marks);
-    else
+    if (reason.empty()) {
+      write_found_landmarks(file, marks, key);
+    } else {
+      write_search_in_vain(file, reason, key);
       write_png(tree.landmark_picture(scan.id), failure_picture(scan.mesh, {scan.id + ": no landmarks", reason}));
+    }
     const std::lock_guard lock(mutex);
     if (reason.empty()) {
-      records[scan.id].sha256 = sha256(read_file(tree.landmarks(scan.id)));
       ++(scan.landmarks ? summary.completed : summary.found);
       take_from_output(scan);
-    } else {
-      records[scan.id].reason = reason;
-      std::error_code ignored;
-      fs::remove(tree.landmarks(scan.id), ignored);  // of an earlier run
-      if (!scan.landmarks) summary.failed[scan.id] = reason;
+    } else if (!scan.landmarks) {
+      summary.failed[scan.id] = reason;
     }
     if (progress) progress({"landmarks", ++done, total, scan.id + (reason.empty() ? "" : ": " + reason)});
   });
-  write_records(records, tree);
   return summary;
 }
 

@@ -24,8 +24,6 @@ struct OutputTree {
   /// Landmarks that were found, or written by hand to take the place of all others.
   std::filesystem::path landmarks(const std::string& id) const { return root / "landmarks" / (id + ".json"); }
   std::filesystem::path landmark_picture(const std::string& id) const { return root / "landmarks" / (id + ".png"); }
-  /// Which of them were found, and from what.
-  std::filesystem::path found_landmarks() const { return root / "found_landmarks.json"; }
   std::filesystem::path problem(const std::string& id) const { return root / "problematic" / (id + ".txt"); }
   std::filesystem::path level(int vertices) const { return root / "levels" / std::to_string(vertices); }
   std::filesystem::path isomap() const { return root / "isomap.json"; }

@@ -80,9 +80,12 @@ int main(int argc, char** argv) {
         stages += " " + stage + " " + std::to_string(static_cast<int>(1000 * seconds)) + " ms";
       detail(common, "  " + o.id + ":" + stages);
     }
+    if (summary.by_hand > 0)
+      report(common, "landmark-scan: " + std::to_string(summary.by_hand) +
+                         " files were written by hand and are kept; remove them to have those landmarks found");
     report(common, "landmark-scan: " + std::to_string(summary.found) + " of " + std::to_string(summary.scans.size()) +
                        " scans, by " + (summary.used_pictures ? "dlib on rendered views" : "geometry"));
-    if (summary.found == 0) return ExitCode::failed;
+    if (summary.found + summary.by_hand == 0) return ExitCode::failed;
     return summary.failed > 0 ? ExitCode::some_failed : ExitCode::ok;
   });
 }

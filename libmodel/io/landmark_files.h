@@ -21,8 +21,8 @@ namespace facewright {
 ///   .tlms      scalismo: name visible x y z; points that are not visible are left out
 ///   .csv       name,x,y,z with or without a header (name or label, x, y, z, stddev in any order), or x,y,z alone:
 ///              named "1", "2", ...
-///   .bnd       BU-3DFE: vertex x y z; named "bnd_1", "bnd_2", ..., since they are not the ibug landmarks of that
-///   number .lm3       Bosphorus: labels as they stand
+///   .bnd       BU-3DFE: vertex x y z; named "bnd_1", "bnd_2", ..., since ibug's landmarks of these numbers are others
+///   .lm3       Bosphorus: labels as they stand
 /// Names of other schemes: read_landmark_names (landmark_names.h).
 Landmarks read_landmarks(const std::filesystem::path& path);
 

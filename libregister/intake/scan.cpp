@@ -96,6 +96,14 @@ double detect_mm_per_unit(const Mesh& mesh, const Landmarks& landmarks, std::str
   throw InvalidInput("units: " + text.str());
 }
 
+ScanFiles files_of_scan(const fs::path& mesh) {
+  ScanFiles files;
+  files.id = mesh.stem().string();
+  files.mesh = mesh;
+  files.landmarks = landmarks_beside(mesh);
+  return files;
+}
+
 std::vector<ScanFiles> find_scans(const fs::path& folder) {
   std::error_code error;
   fs::directory_iterator entries(folder, error);
@@ -106,7 +114,7 @@ std::vector<ScanFiles> find_scans(const fs::path& folder) {
     const fs::path& p = entry.path();
     if (!is_mesh_file(p)) continue;
     const std::string id = p.stem().string();
-    const auto [it, is_new] = found.try_emplace(id, ScanFiles{id, p, landmarks_beside(p)});
+    const auto [it, is_new] = found.try_emplace(id, files_of_scan(p));
     if (!is_new)
       throw InvalidInput(folder.string() + ": two scans are called '" + id + "' (" +
                          it->second.mesh.filename().string() + " and " + p.filename().string() + "); rename one");

@@ -44,6 +44,9 @@ struct ScanFiles {
   bool has_our_names = false;                      ///< `landmarks` needs no mapping of names, whatever the options say
 };
 
+/// A mesh file with the landmark file beside it; the id is its stem.
+ScanFiles files_of_scan(const std::filesystem::path& mesh);
+
 /// Mesh files in a folder, sorted by id, with the landmark files beside them. Throws IoError if the folder cannot be
 /// read, InvalidInput if it holds no mesh or two meshes of the same stem.
 std::vector<ScanFiles> find_scans(const std::filesystem::path& folder);

@@ -12,7 +12,6 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/io/image_files.h"
 #include "libmodel/io/landmark_files.h"
-#include "libregister/intake/mesh_import.h"
 #include "pipelines/pages/assets.h"
 #include "pipelines/pages/scan_bytes.h"
 
@@ -86,14 +85,12 @@ struct LandmarkServer::Impl {
   const Loaded& scan(size_t i) {
     if (loaded && loaded->scan == i) return *loaded;
     loaded.reset();
-    const ImportedMesh imported = import_mesh(scans[i].mesh);
-    Loaded fresh{i, scan_bytes(imported.mesh), "", imported.warnings};
-    if (!imported.texture.empty()) try {
-        fresh.texture = png_bytes(read_image(imported.texture));
-      } catch (const IoError& error) {
-        fresh.warnings.push_back(std::string("texture not used: ") + error.what());
-      }
-    return loaded.emplace(std::move(fresh));
+    ScanFiles files;
+    files.mesh = scans[i].mesh;
+    files.units = Units::mm;  // whatever they are: places stay in the file's
+    const Scan read = load_scan(files);
+    return loaded.emplace(
+        Loaded{i, scan_bytes(read.mesh), read.texture.empty() ? "" : png_bytes(read.texture), read.warnings});
   }
 
   json list() const {

@@ -14,10 +14,6 @@ namespace {
 
 class LandmarkFiles : public ScratchFolder {
  protected:
-  std::filesystem::path file(const std::string& name, const std::string& text) {
-    write_file(folder_ / name, text);
-    return folder_ / name;
-  }
   Landmarks read3(const std::string& name, const std::string& text) { return read_landmarks(file(name, text)); }
   ImageLandmarks read2(const std::string& name, const std::string& text) {
     return read_image_landmarks(file(name, text));

@@ -15,10 +15,6 @@ namespace {
 
 class LandmarkFormats : public ScratchFolder {
  protected:
-  std::filesystem::path file(const std::string& name, const std::string& text) {
-    write_file(folder_ / name, text);
-    return folder_ / name;
-  }
   Landmarks read3(const std::string& name, const std::string& text) { return read_landmarks(file(name, text)); }
   LandmarkNames names(const std::string& name, const std::string& text) {
     return read_landmark_names(file(name, text));

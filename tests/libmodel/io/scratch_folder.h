@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <string>
 
+#include "libmodel/io/atomic_file.h"
+
 namespace facewright {
 
 /// A folder of this test's own, removed afterwards.
@@ -20,6 +22,11 @@ class ScratchFolder : public ::testing::Test {
     std::filesystem::create_directories(folder_);
   }
   void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path file(const std::string& name, const std::string& text) const {
+    write_file(folder_ / name, text);
+    return folder_ / name;
+  }
 
   std::filesystem::path folder_;
 };
