@@ -161,15 +161,15 @@ FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility
       summary.held_out = chosen.error;
     }
     summary.modes = std::min(summary.modes, static_cast<int>(values.rows()) - 1);
+    std::unique_ptr<ResidualField> field;
+    if (V.rows() > 0 && F.rows() > 0 && options.correlation_length > 0)
+      field = std::make_unique<ResidualField>(V, F, options.correlation_length);
     IncompletePca model = fit_incomplete_pca(
-        values, visibility, {summary.modes, options.max_iterations, options.tolerance, options.threads});
+        values, visibility, {summary.modes, options.max_iterations, options.tolerance, options.threads, field.get()});
     summary.noise = std::sqrt(model.noise);
     summary.iterations = model.iterations;
     summary.converged = model.converged;
     summary.last_change = model.last_change;
-    std::unique_ptr<ResidualField> field;
-    if (V.rows() > 0 && F.rows() > 0 && options.correlation_length > 0)
-      field = std::make_unique<ResidualField>(V, F, options.correlation_length);
     if (field && summary.never_seen > 0) extend(&model, *field, known);
     const Completion completion(model, field.get(), known, options.threads);
     summary.edge_correlation = completion.edge_correlation(values, visibility);

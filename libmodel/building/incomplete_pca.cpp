@@ -8,12 +8,15 @@
 #include <vector>
 
 #include "libmodel/building/pca.h"
+#include "libmodel/building/residual_field.h"
 #include "libmodel/core/parallel.h"
 
 namespace facewright {
 namespace {
 
 constexpr int kBlock = 256;  // vertices; sums run over blocks in their order, whatever the threads
+
+constexpr double kLeastSpread = 1e-4;  // of a variance: neighbours never agree better than this
 
 int block_count(Eigen::Index vertices) { return static_cast<int>((vertices + kBlock - 1) / kBlock); }
 
@@ -29,6 +32,12 @@ T sum_over_blocks(Eigen::Index vertices, int threads, const T& zero, const Body&
   for (const T& part : parts) sum += part;
   return sum;
 }
+
+// What is expected of a vertex's rows before its values are looked at.
+struct RowPrior {
+  Eigen::VectorXd ridge;  // (K + 1) noise over the variance of an entry; the mean's comes last
+  Eigen::MatrixXd rows;   // (N x 3 (K + 1)) expectations, channel by channel; empty: zero
+};
 
 // Scores of all samples with a constant 1 behind them, and their expected outer products.
 struct Scores {
@@ -72,6 +81,7 @@ class Fit {
     const Eigen::Index modes = std::min<Eigen::Index>(options_.modes, S_ - 1);
     model_.noise = spread();
     model_.factors.resize(3 * N_, 0);
+    find_supported(modes);
     if (modes < 1 || weight_ <= 0) return;
     PcaOptions pca;
     pca.variance_share = 1;
@@ -84,6 +94,15 @@ class Fit {
     model_.factors = fit.model.rescaled_basis();
     for (Eigen::Index v = 0; v < N_; ++v)
       if (seen_[v] <= 0) model_.factors.middleRows<3>(3 * v).setZero();
+  }
+
+  // Those whose own values can tell their rows: half as often seen as the best, or enough for a regression.
+  void find_supported(Eigen::Index modes) {
+    const double enough = N_ > 0 ? std::min(0.5 * seen_.maxCoeff(), 3.0 * static_cast<double>(modes + 1)) : 0;
+    supported_.assign(static_cast<size_t>(N_), true);
+    if (options_.surface == nullptr) return;
+    for (Eigen::Index v = 0; v < N_; ++v) supported_[static_cast<size_t>(v)] = seen_[v] >= enough;
+    has_unsupported_ = std::find(supported_.begin(), supported_.end(), false) != supported_.end();
   }
 
   double weighted_mean(Eigen::Index column) const {
@@ -139,23 +158,48 @@ class Fit {
   }
 
   void maximise(const Scores& scores) {
-    const Eigen::Index K = model_.mode_count();
-    // The prior of a mode's rows: zero mean and the variance they have.
-    Eigen::VectorXd ridge = Eigen::VectorXd::Zero(K + 1);
-    const auto seen_rows = static_cast<double>(3 * (seen_.array() > 0).count());
-    for (Eigen::Index k = 0; k < K; ++k)
-      ridge[k] = model_.noise / std::max(model_.factors.col(k).squaredNorm() / seen_rows, 1e-300);
+    const RowPrior plain = variance_prior(), near = neighbour_prior(plain);
     const double sum = sum_over_blocks(N_, options_.threads, 0.0, [&](Eigen::Index first, Eigen::Index last) {
       double part = 0;
       for (Eigen::Index v = first; v < last; ++v)
-        if (seen_[v] > 0) part += regress(v, scores, ridge);
+        if (seen_[v] > 0) part += regress(v, scores, supported_[static_cast<size_t>(v)] ? plain : near);
       return part;
     });
     model_.noise = std::max(sum / weight_, least_noise_);
   }
 
+  // Zero mean and the variance the factors of a mode have; nothing about the mean.
+  RowPrior variance_prior() const {
+    const Eigen::Index K = model_.mode_count();
+    RowPrior prior{Eigen::VectorXd::Zero(K + 1), {}};
+    const auto seen_rows = static_cast<double>(3 * (seen_.array() > 0).count());
+    for (Eigen::Index k = 0; k < K; ++k)
+      prior.ridge[k] = model_.noise / std::max(model_.factors.col(k).squaredNorm() / seen_rows, 1e-300);
+    return prior;
+  }
+
+  // Harmonic between the well seen, with the variance that one of those has about its neighbours.
+  RowPrior neighbour_prior(const RowPrior& plain) const {
+    if (!has_unsupported_) return plain;
+    const Eigen::Index K = model_.mode_count();
+    RowPrior prior{Eigen::VectorXd(K + 1), Eigen::MatrixXd(N_, 3 * (K + 1))};
+    for (Eigen::Index v = 0; v < N_; ++v)
+      for (int c = 0; c < 3; ++c)
+        prior.rows.row(v).segment((K + 1) * c, K + 1) << model_.factors.row(3 * v + c), model_.mean[3 * v + c];
+    const Eigen::RowVectorXd squares = options_.surface->spread_about_neighbours(prior.rows, supported_);
+    double total = model_.noise;
+    for (Eigen::Index k = 0; k < K; ++k) total += model_.noise / plain.ridge[k];
+    for (Eigen::Index k = 0; k <= K; ++k) {
+      const double own = k < K ? model_.noise / plain.ridge[k] : total;
+      const double variance = (squares[k] + squares[K + 1 + k] + squares[2 * (K + 1) + k]) / 3;
+      prior.ridge[k] = model_.noise / std::max(variance, kLeastSpread * own);
+    }
+    options_.surface->fill_harmonically(prior.rows, supported_);
+    return prior;
+  }
+
   // New rows of vertex v; returns its weighted expected square residual.
-  double regress(Eigen::Index v, const Scores& scores, const Eigen::VectorXd& ridge) {
+  double regress(Eigen::Index v, const Scores& scores, const RowPrior& prior) {
     const Eigen::Index K = model_.mode_count();
     Eigen::MatrixXd A = scores.total_second;
     Eigen::MatrixXd b = Eigen::MatrixXd::Zero(K + 1, 3);
@@ -165,9 +209,11 @@ class Fit {
       if (w > 0) b += w * scores.mean.row(s).transpose() * filled_.row(s).segment<3>(3 * v);
     }
     const Eigen::MatrixXd second = A;
-    A.diagonal() += ridge;
+    Eigen::MatrixXd pulled = b;
+    A.diagonal() += prior.ridge;
     A.diagonal().array() += 1e-12 * A.diagonal().maxCoeff();
-    const Eigen::MatrixXd rows = A.ldlt().solve(b);  // (K + 1 x 3)
+    if (prior.rows.size() > 0) pulled += prior.ridge.asDiagonal() * prior.rows.row(v).reshaped(K + 1, 3);
+    const Eigen::MatrixXd rows = A.ldlt().solve(pulled);  // (K + 1 x 3)
     model_.factors.middleRows<3>(3 * v) = rows.topRows(K).transpose();
     model_.mean.segment<3>(3 * v) = rows.row(K).transpose();
     double squares = 0;
@@ -200,6 +246,8 @@ class Fit {
   IncompletePca model_;
   SampleMatrix filled_;  // X with predictions where the weight is 0
   Eigen::RowVectorXd seen_;
+  std::vector<bool> supported_;
+  bool has_unsupported_ = false;
   double weight_ = 0, least_noise_ = 1e-300;
 };
 

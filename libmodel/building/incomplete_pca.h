@@ -42,18 +42,22 @@ class ScoreEstimator {
   Eigen::MatrixXd information_;  // factors' factors
 };
 
+class ResidualField;
+
 struct IncompletePcaOptions {
   int modes = 1;  ///< at most; fewer if the samples have fewer
   int max_iterations = 50;
-  double tolerance = 1e-4;  ///< of last_change and of the noise's standard deviation
-  int threads = 0;          ///< 0 = all
+  double tolerance = 1e-4;                 ///< of last_change and of the noise's standard deviation
+  int threads = 0;                         ///< 0 = all
+  const ResidualField* surface = nullptr;  ///< the samples' vertices, if they are known to be neighbours
 };
 
 /// Expectation-maximisation with the posterior covariance of the scores in both steps [roweis1998, tipping1999]: each
 /// row of the factors and of the mean is a regression on the scores of those samples that saw it, weighted by how well,
 /// with a Gaussian prior on the factors whose variance per mode is learnt, so that rows seen by few are not overfitted
-/// [ilin2010]. `weights` (S x N) 0..1. Rows that nobody saw get the mean of the given values and no factors.
-/// O(S N (K + u K^2)) per iteration, u the share of weights below 1.
+/// [ilin2010]. On a surface, the prior of a vertex that few saw is what the better seen around it say, mean and
+/// factors: who saw it is no fair sample of all. `weights` (S x N) 0..1. Rows that nobody saw get the mean of the given
+/// values and no factors. O(S N (K + u K^2)) per iteration, u the share of weights below 1.
 IncompletePca fit_incomplete_pca(const SampleMatrix& X, const SampleMatrix& weights,
                                  const IncompletePcaOptions& options);
 

@@ -118,4 +118,19 @@ void ResidualField::fill_harmonically(Eigen::Ref<Eigen::MatrixXd> X, const std::
   X(rows, Eigen::all) = x;
 }
 
+Eigen::RowVectorXd ResidualField::spread_about_neighbours(const Eigen::MatrixXd& X,
+                                                          const std::vector<bool>& known) const {
+  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(X.cols());
+  double count = 0;
+  for (int v = 0; v < ring_.size(); ++v) {
+    const auto is_known = [&](int j) { return known[static_cast<size_t>(j)]; };
+    if (ring_.degree(v) == 0 || !is_known(v) || !std::all_of(ring_.begin(v), ring_.end(v), is_known)) continue;
+    Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(X.cols());
+    for (const int* j = ring_.begin(v); j != ring_.end(v); ++j) mean += X.row(*j);
+    squares += (X.row(v) - mean / ring_.degree(v)).cwiseAbs2();
+    ++count;
+  }
+  return squares / std::max(count, 1.0);
+}
+
 }  // namespace facewright

@@ -39,6 +39,8 @@ class ResidualField {
 
   /// Rows of X (N x D) where known is false: harmonic between the known ones; components without any keep theirs.
   void fill_harmonically(Eigen::Ref<Eigen::MatrixXd> X, const std::vector<bool>& known) const;
+  /// Mean square of X's rows (N x D) about the mean of their neighbours, (D), over the known whose neighbours all are.
+  Eigen::RowVectorXd spread_about_neighbours(const Eigen::MatrixXd& X, const std::vector<bool>& known) const;
 
  private:
   std::vector<int> surroundings(const Eigen::VectorXd& weights) const;

@@ -153,6 +153,36 @@ TEST(FillUnseen, VerticesNobodySawComeFromTheirNeighbours) {
   EXPECT_GT(filled.values.middleCols<6>(600).minCoeff(), -0.2);
 }
 
+// Twelve faces of one tone each on a grid, of which nearly every vertex was seen; of the block of 8 x 8 in a corner
+// only the lightest two show a third, and the rest nobody.
+PaintedGrid block_that_only_light_faces_show() {
+  PaintedGrid g;
+  g.t = grid_template(24);
+  Random random(12);
+  const Eigen::Index N = g.t.V.rows(), S = 12;
+  g.truth = 0.01 * testing::random_matrix(random, S, 3 * N);
+  g.visibility = SampleMatrix::Ones(S, N);
+  for (Eigen::Index s = 0; s < S; ++s) {
+    const double tone = 0.1 + 0.05 * static_cast<double>(s);
+    for (Eigen::Index v = 0; v < N; ++v) {
+      g.truth.row(s).segment<3>(3 * v) += Eigen::RowVector3d(tone, 0.6 * tone, 0.4 * tone);
+      if (v / 24 < 8 && v % 24 < 8) g.visibility(s, v) = s >= S - 2 && random.uniform() < 0.33 ? 1 : 0;
+    }
+  }
+  return g;
+}
+
+TEST(FillUnseen, WhatOnlyLightFacesShowStaysDarkOnTheDark) {
+  const PaintedGrid g = block_that_only_light_faces_show();
+  const SampleMatrix filled = fill_unseen(blotted(g, 0), g.visibility, g.t.V, g.t.levels.back().F).values;
+  for (Eigen::Index s = 0; s < 12; ++s) {
+    double sum = 0, truth = 0;
+    for (Eigen::Index v = 0; v < g.visibility.cols(); ++v)
+      if (v / 24 < 8 && v % 24 < 8) sum += filled(s, 3 * v), truth += g.truth(s, 3 * v);
+    EXPECT_NEAR(sum / truth, 1, 0.05) << s;
+  }
+}
+
 TEST(FillUnseen, FewSamplesAreNoReasonToFail) {
   const PaintedGrid g = painted_grid(9);
   for (const int n : {1, 2, 3, 5}) {
