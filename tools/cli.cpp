@@ -22,7 +22,7 @@ void add_common_options(CLI::App& app, CommonOptions& common, CommonFlags flags,
   app.footer("Example:\n  " + example);
   app.allow_config_extras(CLI::config_extras_mode::error);
   app.set_version_flag("--version", app.get_name() + " (Facewright " FACEWRIGHT_VERSION ")", "Print the version");
-  app.set_config("--config", "", "Read options from a TOML file; its keys are the option names");
+  app.set_config("--config", "", "Read options from a TOML file; its keys are the option names")->type_name("FILE");
   if (has(flags, CommonFlags::output))
     app.add_option("-o,--output", common.output, "Where the result goes")->required()->default_str("");
   if (has(flags, CommonFlags::jobs))
