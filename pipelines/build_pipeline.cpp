@@ -84,7 +84,7 @@ std::vector<ScanOutcome> register_all(const std::vector<ScanFiles>& files,
   return outcomes;
 }
 
-constexpr const char* kScanFolders[] = {"registered", "scans", "problematic", "landmarks"};
+constexpr const char* kScanFolders[] = {"registered", "scans", "pictures", "problematic", "landmarks"};
 
 // OUT/scans/ID.json would overwrite the landmarks of scans that lie in OUT/scans.
 void check_output(const std::vector<ScanFiles>& files, const OutputTree& tree) {
@@ -105,8 +105,10 @@ void remove_strangers(const std::vector<ScanFiles>& files, const OutputTree& tre
   if (!fs::exists(tree.build_json())) return;
   std::map<std::string, bool> known;
   for (const ScanFiles& f : files) known[f.id] = true;
-  const std::map<std::string, std::vector<std::string>> ours = {
-      {"registered", {".ply"}}, {"scans", {".json", ".origins", ".colour", ".png"}}, {"problematic", {".txt"}}};
+  const std::map<std::string, std::vector<std::string>> ours = {{"registered", {".ply"}},
+                                                                {"scans", {".json", ".origins", ".colour", ".png"}},
+                                                                {"pictures", {".jpg"}},
+                                                                {"problematic", {".txt"}}};
   for (const auto& [folder, extensions] : ours) {
     if (!fs::is_directory(tree.root / folder)) continue;
     std::vector<fs::path> strangers;
@@ -279,7 +281,9 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const
   clock.finish("texture map");
   write_model_files(model, tree, &summary, progress);
   clock.finish("files");
-  write_build_report(model, stage.scans, summary, options, tree);
+  if (progress) progress({"writing the report", 0, 1, ""});
+  write_build_report(model, stage, summary, options, tree);
+  if (progress) progress({"writing the report", 1, 1, ""});
   clock.finish("report");
   write_build_json(options, files, summary, tree);
   return summary;

@@ -18,28 +18,10 @@ EvaluatedModel evaluate(MetricsInput input, const MetricsOptions& options, const
   return result;
 }
 
-EvaluatedSet evaluate_set(const std::string& name, const EvaluationSetOptions& set_options,
-                          const MetricsOptions& options, const Progress& progress) {
-  const Progress tell = [&](const ProgressEvent& event) {
-    if (progress) progress({name + ": " + event.stage, event.done, event.total, event.item});
-  };
-  EvaluationSet set = read_evaluation_set(set_options);
-  EvaluatedSet result;
-  result.name = name;
+EvaluatedSet read_and_evaluate(const std::string& name, const EvaluationSetOptions& set_options,
+                               const MetricsOptions& options, const Progress& progress) {
+  EvaluatedSet result = evaluate_set(name, read_evaluation_set(set_options), options, progress);
   result.folder = set_options.folder;
-  result.ids = set.ids;
-  result.vertices = static_cast<int>(set.shapes.distance_weights.size());
-  result.landmarks = static_cast<int>(set.shapes.landmarks.size());
-  result.area = set.shapes.distance_weights.sum();
-  result.shape = evaluate(std::move(set.shapes), options, tell);
-  if (set.colours.samples.rows() > 0) {
-    MetricsOptions colour = options;
-    colour.alignment = FoldAlignment::none;
-    colour.keep = 0;
-    result.colour = evaluate(std::move(set.colours), colour, [&](const ProgressEvent& event) {
-      tell({"colour " + event.stage, event.done, event.total, event.item});
-    });
-  }
   return result;
 }
 
@@ -58,10 +40,33 @@ std::vector<std::string> differences(const EvaluatedSet& a, const EvaluatedSet& 
 
 }  // namespace
 
+EvaluatedSet evaluate_set(const std::string& name, EvaluationSet set, const MetricsOptions& options,
+                          const Progress& progress) {
+  const Progress tell = [&](const ProgressEvent& event) {
+    if (progress) progress({name + ": " + event.stage, event.done, event.total, event.item});
+  };
+  EvaluatedSet result;
+  result.name = name;
+  result.ids = set.ids;
+  result.vertices = static_cast<int>(set.shapes.distance_weights.size());
+  result.landmarks = static_cast<int>(set.shapes.landmarks.size());
+  result.area = set.shapes.distance_weights.sum();
+  result.shape = evaluate(std::move(set.shapes), options, tell);
+  if (set.colours.samples.rows() > 0) {
+    MetricsOptions colour = options;
+    colour.alignment = FoldAlignment::none;
+    colour.keep = 0;
+    result.colour = evaluate(std::move(set.colours), colour, [&](const ProgressEvent& event) {
+      tell({"colour " + event.stage, event.done, event.total, event.item});
+    });
+  }
+  return result;
+}
+
 Evaluation evaluate_model(const EvaluationOptions& options, const Progress& progress) {
   Evaluation result;
   result.options = options;
-  result.sets.push_back(evaluate_set(options.name, options.set, options.metrics, progress));
+  result.sets.push_back(read_and_evaluate(options.name, options.set, options.metrics, progress));
   for (const auto& [name, folder] : options.compare) {
     for (const EvaluatedSet& other : result.sets)
       if (other.name == name) throw InvalidInput("there are two sets called " + name);
@@ -71,7 +76,7 @@ Evaluation evaluate_model(const EvaluationOptions& options, const Progress& prog
     set.truth.clear();
     MetricsOptions metrics = options.metrics;
     metrics.keep = 0;
-    result.sets.push_back(evaluate_set(name, set, metrics, progress));
+    result.sets.push_back(read_and_evaluate(name, set, metrics, progress));
     result.sets.back().differences = differences(result.sets.front(), result.sets.back());
   }
   return result;

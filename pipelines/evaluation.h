@@ -48,6 +48,10 @@ struct Evaluation {
 /// other.
 Evaluation evaluate_model(const EvaluationOptions& options, const Progress& progress = {});
 
+/// The same of one set that is at hand.
+EvaluatedSet evaluate_set(const std::string& name, EvaluationSet set, const MetricsOptions& options,
+                          const Progress& progress = {});
+
 /// Writes evaluation.json, compactness.csv, generalisation.csv, specificity.csv and one .svg per measure into `folder`,
 /// and the left-out reconstructions that were kept as reconstructions/ID.ply beside it.
 void write_evaluation(const std::filesystem::path& folder, const Evaluation& evaluation);

@@ -116,6 +116,16 @@ void set_weights(const std::optional<MorphableModel>& model, int level, double r
   for (const int v : rim->second) shapes.alignment_weights[v] *= rim_weight;
 }
 
+// Weights of the colours' vertices; entries nobody saw are filled in.
+void finish_colours(EvaluationSet& set, int threads) {
+  MetricsInput& colours = set.colours;
+  colours.distance_weights = set.shapes.distance_weights;
+  if (colours.visibility.size() > 0)
+    colours.samples = fill_unseen(std::move(colours.samples), colours.visibility, set.shapes.reference, set.shapes.F,
+                                  {.threads = threads})
+                          .values;
+}
+
 }  // namespace
 
 EvaluationSet read_evaluation_set(const EvaluationSetOptions& options) {
@@ -157,15 +167,34 @@ EvaluationSet read_evaluation_set(const EvaluationSetOptions& options) {
   for (size_t i = 0; i < meshes.size(); ++i)
     if (meshes[i].has_colours()) coloured.push_back(std::move(meshes[i])), coloured_ids.push_back(set.ids[i]);
   if (options.colours && !coloured.empty()) {
-    MetricsInput& colours = set.colours;
-    colours.samples = stacked(coloured, &Mesh::colours, N);
-    colours.distance_weights = shapes.distance_weights;
-    if (build) colours.visibility = read_weights(coloured_ids, tree, finest, N);
-    if (colours.visibility.size() > 0)
-      colours.samples = fill_unseen(std::move(colours.samples), colours.visibility, shapes.reference, shapes.F,
-                                    {.threads = options.threads})
-                            .values;
+    set.colours.samples = stacked(coloured, &Mesh::colours, N);
+    if (build) set.colours.visibility = read_weights(coloured_ids, tree, finest, N);
+    finish_colours(set, options.threads);
   }
+  return set;
+}
+
+EvaluationSet evaluation_set(const RegisteredSet& scans, const MorphableModel& model, int level,
+                             const EvaluationSetOptions& options) {
+  if (scans.vertex_count() != model.vertex_count())
+    throw InvalidInput("evaluation: the scans have " + std::to_string(scans.vertex_count()) + " vertices, the model " +
+                       std::to_string(model.vertex_count()));
+  EvaluationSet set;
+  set.ids = scans.ids;
+  set.has_model = true;
+  const Eigen::Index N = model.vertex_count(level);
+  set.shapes.F = model.faces(level);
+  set.shapes.reference = as_vertices(model.shape().mean).topRows(N);
+  set.shapes.samples = scans.shapes.leftCols(3 * N);
+  set_weights(model, level, options.rim_weight, set.shapes);
+  for (const auto& [name, mark] : model.landmarks()) set.shapes.landmarks.push_back(mark.vertex);
+  if (!options.colours || scans.colours.size() == 0) return set;
+  std::vector<Eigen::Index> coloured;
+  for (Eigen::Index s = 0; s < scans.scan_count(); ++s)
+    if (scans.colour_weights.size() == 0 || scans.colour_weights.row(s).maxCoeff() > 0) coloured.push_back(s);
+  set.colours.samples = scans.colours(coloured, Eigen::seqN(0, 3 * N));
+  if (scans.colour_weights.size() > 0) set.colours.visibility = scans.colour_weights(coloured, Eigen::seqN(0, N));
+  finish_colours(set, options.threads);
   return set;
 }
 

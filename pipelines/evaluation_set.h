@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "libmodel/building/metrics.h"
+#include "libmodel/core/registered_set.h"
+#include "libmodel/model/morphable_model.h"
 
 namespace facewright {
 
@@ -33,5 +35,10 @@ struct EvaluationSetOptions {
 /// meshes. Landmarks come from landmark_vertices.json beside the meshes, else from the model. Throws InvalidInput or
 /// IoError that names the file: no meshes, another number of vertices or other triangles than the first.
 EvaluationSet read_evaluation_set(const EvaluationSetOptions& options);
+
+/// The same of scans that are at hand, cut down to a level (index) of the model made of them; of `options` the rim's
+/// weight, colours and threads count.
+EvaluationSet evaluation_set(const RegisteredSet& scans, const MorphableModel& model, int level,
+                             const EvaluationSetOptions& options = {});
 
 }  // namespace facewright

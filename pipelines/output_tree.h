@@ -21,6 +21,8 @@ struct OutputTree {
   std::filesystem::path colour_weights(const std::string& id) const { return root / "scans" / (id + ".colour"); }
   /// Signed distance of the registered mesh to the scan (error_picture.h).
   std::filesystem::path error_picture(const std::string& id) const { return root / "scans" / (id + ".png"); }
+  /// The scan and its landmarks (scan_picture.h).
+  std::filesystem::path scan_picture(const std::string& id) const { return root / "pictures" / (id + ".jpg"); }
   /// Landmarks that were found, or written by hand to take the place of all others.
   std::filesystem::path landmarks(const std::string& id) const { return root / "landmarks" / (id + ".json"); }
   std::filesystem::path landmark_picture(const std::string& id) const { return root / "landmarks" / (id + ".png"); }

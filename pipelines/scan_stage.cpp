@@ -14,6 +14,7 @@
 #include "pipelines/error_picture.h"
 #include "pipelines/registration_report.h"
 #include "pipelines/scan_colours.h"
+#include "pipelines/scan_picture.h"
 
 namespace facewright {
 namespace {
@@ -82,7 +83,7 @@ std::string scan_key(const ScanFiles& files, const std::string& reference_key, c
 
 bool is_done(const std::string& id, const std::string& key, const OutputTree& tree) {
   if (!fs::exists(tree.scan_report(id)) || !fs::exists(tree.registered(id)) || !fs::exists(tree.scan_origins(id)) ||
-      !fs::exists(tree.error_picture(id)) || !fs::exists(tree.colour_weights(id)))
+      !fs::exists(tree.error_picture(id)) || !fs::exists(tree.colour_weights(id)) || !fs::exists(tree.scan_picture(id)))
     return false;
   const Json report = Json::parse(read_file(tree.scan_report(id)), nullptr, false);
   return !report.is_discarded() && report.value("key", "") == key &&
@@ -93,6 +94,7 @@ void write_outputs(const Scan& scan, const RegistrationResult& r, const Multires
                    const std::string& key, double started, const OutputTree& tree) {
   write_ply(tree.registered(scan.id), coloured_registration(scan, r, reference.levels.back().F));
   write_png(tree.error_picture(scan.id), error_picture(r, reference));
+  write_jpeg(tree.scan_picture(scan.id), scan_picture(scan, r, reference), 85);
   write_file(tree.scan_origins(scan.id), origin_letters(r.origins));
   write_file(tree.colour_weights(scan.id), weight_digits(colour_weights(r, reference.levels.back().F)));
   Json report = Json::parse(describe_registration(scan, r.summary));
@@ -106,7 +108,7 @@ void write_outputs(const Scan& scan, const RegistrationResult& r, const Multires
 void write_problem(const std::string& id, const ScanFiles& files, const std::string& reason, const OutputTree& tree) {
   std::error_code ignored;
   for (const auto& stale : {tree.scan_report(id), tree.registered(id), tree.scan_origins(id), tree.error_picture(id),
-                            tree.colour_weights(id)})
+                            tree.colour_weights(id), tree.scan_picture(id)})
     fs::remove(stale, ignored);
   write_file(tree.problem(id), "scan: " + files.mesh.string() + "\n" + reason + "\n");
 }

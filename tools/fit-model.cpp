@@ -173,6 +173,7 @@ void add_image_fit(CLI::App& app, Arguments& a) {
       ->check(CLI::Range(8, 8192))
       ->group(group);
   app.add_flag("!--no-glb", a.fit.glb, "Write no .glb beside the .obj")->group(group);
+  app.add_flag("!--no-page", a.fit.page, "Write no page (.html) to look at the fit")->group(group);
 }
 
 void add_scan_fit(CLI::App& app, Arguments& a) {
@@ -209,7 +210,7 @@ void check_combination(const CLI::App& app, const Arguments& a) {
       if (given(name) && !allowed) refuse(std::string(name) + " goes with " + with + " only; leave it out");
   };
   only_for({"--one-person", "--camera", "--focal-px", "--principal-px", "--jaw", "--sigma-px", "--predictor",
-            "--texture-size", "--no-glb"},
+            "--texture-size", "--no-glb", "--no-page"},
            given("--image"), "--image");
   only_for({"--scan-sigma-mm", "--refine", "--refine-smoothing", "--error-range"}, given("--scan"), "--scan");
   only_for({"--refine-smoothing"}, a.refine, "--refine");

@@ -67,13 +67,17 @@ std::string png_bytes(const Image& image) {
 
 void write_png(const std::filesystem::path& path, const Image& image) { write_file(path, png_bytes(image)); }
 
-void write_jpeg(const std::filesystem::path& path, const Image& image, int quality) {
+std::string jpeg_bytes(const Image& image, int quality) {
   check_writable(image);
   if (quality < 1 || quality > 100) throw InvalidInput("JPEG quality: expected 1..100, got " + std::to_string(quality));
   std::string bytes;
   if (!stbi_write_jpg_to_func(append, &bytes, image.width, image.height, image.channels, image.data.data(), quality))
-    throw IoError(path.string(), "cannot encode JPEG");
-  write_file(path, bytes);
+    throw InvalidInput("image to write: cannot be encoded as JPEG");
+  return bytes;
+}
+
+void write_jpeg(const std::filesystem::path& path, const Image& image, int quality) {
+  write_file(path, jpeg_bytes(image, quality));
 }
 
 }  // namespace facewright

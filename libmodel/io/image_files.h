@@ -15,9 +15,10 @@ Image read_image(const std::filesystem::path& path);
 
 /// An image as the bytes of a PNG file. Throws InvalidInput for an empty or inconsistent image.
 std::string png_bytes(const Image& image);
+/// The same as JPEG: quality 1..100; alpha is dropped (JPEG has none).
+std::string jpeg_bytes(const Image& image, int quality = 92);
 /// Writes atomically (write_file). Throws IoError, or InvalidInput for an empty or inconsistent image.
 void write_png(const std::filesystem::path& path, const Image& image);
-/// quality 1..100; alpha is dropped (JPEG has none).
 void write_jpeg(const std::filesystem::path& path, const Image& image, int quality = 92);
 
 }  // namespace facewright

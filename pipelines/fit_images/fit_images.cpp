@@ -10,6 +10,7 @@
 #include "libmodel/io/image_files.h"
 #include "libmodel/io/landmark_files.h"
 #include "libmodel/model/model_file.h"
+#include "pipelines/fit_images/fit_page.h"
 #include "pipelines/fit_images/fit_record.h"
 #include "pipelines/fit_images/image_inputs.h"
 
@@ -31,9 +32,19 @@ PerspectiveModelOptions perspective_options(const FitImagesOptions& options) {
   return o;
 }
 
-void save(const FitImagesOptions& options, const FittedImage& image, const FittedFace& face) {
+void save(const FitImagesOptions& options, const FittedImage& image, const Image& picture, const FittedFace& face) {
   const std::string stem = image.image.stem().string();
   save_face(options, stem, face);
+  if (options.page) {
+    const FitPage page{stem,
+                       {{"The image", picture},
+                        {"The fit over it: landmarks green, where the fit has them red", face.overlay},
+                        {"From the front", face.frontal},
+                        {"What the image showed of the texture", face.texture.isomap}},
+                       {fit_numbers(image)},
+                       {image.image.filename().string()}};
+    write_file(options.output / (stem + ".html"), fit_page(face, page));
+  }
   write_file(options.output / (stem + ".json"), fit_json(image, face));
 }
 
@@ -49,13 +60,13 @@ void fit_one(const FitImagesOptions& options, const MorphableModel& model, const
     fit.threads = threads;
     const PerspectiveModelResult result = fit_model(model, image, landmarks, fit, mapper);
     outcome->perspective = result.fit;
-    save(options, *outcome, result);
+    save(options, *outcome, image, result);
   } else {
     FitModelOptions fit = options.fit;
     fit.threads = threads;
     const FitModelResult result = fit_model(model, image, landmarks, fit, mapper);
     outcome->fit = result.fit;
-    save(options, *outcome, result);
+    save(options, *outcome, image, result);
   }
   outcome->fitted = true;
 }

@@ -29,6 +29,7 @@ struct FitImagesOptions {
   double focal_px = 0;                       ///< its focal length, pixels; 0 = unknown: estimated
   std::optional<Eigen::Vector2d> principal;  ///< its principal point, pixels; none: the image's centre
   bool glb = true;                           ///< write STEM.glb beside STEM.obj
+  bool page = true;                          ///< write STEM.html, the fit to look at
   int jobs = 0;                              ///< images fitted at once, 0 = all cores; does not change a byte
   LandmarkFinder finder;                     ///< for images without a landmark file; may be empty
 };
@@ -63,9 +64,10 @@ struct FitImagesSummary {
 
 /// Fits a model to images and writes for each, by its stem: STEM.obj with STEM.mtl, STEM.glb, STEM_isomap.png (what
 /// was seen, by its alpha), STEM_texture.png (completed) with STEM_sources.png (what of it was seen, mirrored or
-/// modelled), STEM_frontal.png, STEM_overlay.png, STEM.json (pose, coefficients, residuals); and fits.csv, a line per
-/// image. An image that cannot be fitted ends in problematic/STEM.txt, the others go on. Throws InvalidInput if none
-/// can be fitted, for options that do not go together, IoError if the model cannot be read or the output not written.
+/// modelled), STEM_frontal.png, STEM_overlay.png, STEM.json (pose, coefficients, residuals), STEM.html (all of it to
+/// look at); and fits.csv, a line per image. An image that cannot be fitted ends in problematic/STEM.txt, the others go
+/// on. Throws InvalidInput if none can be fitted, for options that do not go together, IoError if the model cannot be
+/// read or the output not written.
 FitImagesSummary fit_images(const FitImagesOptions& options, const Progress& progress = {});
 
 }  // namespace facewright

@@ -10,6 +10,7 @@
 #include "libmodel/io/image_files.h"
 #include "libmodel/io/landmark_files.h"
 #include "libmodel/model/model_file.h"
+#include "pipelines/fit_images/fit_page.h"
 #include "pipelines/fit_images/fit_record.h"
 #include "pipelines/fit_images/image_inputs.h"
 
@@ -181,6 +182,21 @@ class PersonFit {
     face.frontal = frontal_view(face.mesh, face.completed.texture, options_.fit.frontal_size, options_.jobs);
     save_face(options_, person, face);
     write_file(options_.output / (std::string(person) + ".json"), person_json(summary_, face));
+    if (options_.page) write_page(face);
+  }
+
+  void write_page(const FittedFace& face) {
+    constexpr size_t kMostOverlays = 24;
+    FitPage page{person, {{"From the front", face.frontal}, {"What the images showed", face.texture.isomap}}, {}, {}};
+    for (size_t i = 0; i < outcomes().size(); ++i) {
+      if (!outcomes()[i].fitted) continue;
+      page.names.push_back(options_.images[i].filename().string());
+      page.fits.push_back(fit_numbers(outcomes()[i]));
+      if (page.names.size() <= kMostOverlays)
+        page.pictures.emplace_back("The fit over " + page.names.back(),
+                                   read_image(options_.output / (stem(i) + "_overlay.png")));
+    }
+    write_file(options_.output / (std::string(person) + ".html"), fit_page(face, page));
   }
 
   const FitImagesOptions& options_;

@@ -44,7 +44,7 @@ void save_face(const FitImagesOptions& options, const std::string& stem, const F
 
 void remove_results(const FitImagesOptions& options, const std::string& stem) {
   for (const char* ending : {"_isomap.png", "_texture.png", "_sources.png", "_frontal.png", "_overlay.png", ".obj",
-                             ".mtl", ".glb", ".json"}) {
+                             ".mtl", ".glb", ".json", ".html"}) {
     std::error_code ignored;
     fs::remove(options.output / (stem + ending), ignored);
   }
