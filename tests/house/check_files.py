@@ -7,7 +7,7 @@ usage: check_files.py SOURCE_DIR
 import os
 import sys
 
-FOLDERS = ["libmodel", "libregister", "pipelines", "tools", "tests", "docs", "cmake", ".ci"]
+FOLDERS = ["libmodel", "libregister", "pipelines", "tools", "tests", "docs", "examples", "cmake", ".ci"]
 MAX_LINES = 600
 SOURCES = (".h", ".cpp", ".py", ".cmake", ".md", "CMakeLists.txt")
 DATA = ("_data.cpp", "_data.h", ".inc", ".bib")  # tables of numbers may be long
