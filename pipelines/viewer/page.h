@@ -29,7 +29,7 @@ std::string html_text(const std::string& text);
 /// A file's name as part of a link.
 std::string html_link(const std::string& name);
 
-/// An <img> element that carries its picture: JPEG of `quality` 1..100, or PNG for 0. `width` is the one it is shown
+/// An `<img>` element that carries its picture: JPEG of `quality` 1..100, or PNG for 0. `width` is the one it is shown
 /// with, 0 = its own.
 std::string html_image(const Image& image, const std::string& alternative, int quality = 85, int width = 0);
 

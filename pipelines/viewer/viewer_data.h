@@ -14,7 +14,7 @@ struct ViewerDataOptions {
   int shape_modes = 30, colour_modes = 15, expression_modes = 15;  ///< the leading ones, >= 0
 };
 
-/// What the page's viewer turns into faces, as text for a <script> element: base64 of a gzip stream (page/payload.js
+/// What the page's viewer turns into faces, as text for a `<script>` element: base64 of a gzip stream (page/payload.js
 /// has its layout). Positions are millimetres in single precision; the entries of shape modes are whole numbers of 16
 /// bits, of colour modes of 8, each mode with a step of its own, so that three standard deviations are off by less than
 /// 1e-4 of the mode's largest displacement, and by 1.2 % of its largest change of colour. The same bytes for the same

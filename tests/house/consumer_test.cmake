@@ -9,6 +9,13 @@ endfunction()
 
 file(REMOVE_RECURSE ${WORK_DIR})
 run("install" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/prefix)
+if(EXISTS ${BUILD_DIR}/tools/help/files/written)
+  foreach(file bash-completion/completions/fit-model zsh/site-functions/_fit-model fish/vendor_completions.d/fit-model.fish man/man1/fit-model.1)
+    if(NOT EXISTS ${WORK_DIR}/prefix/share/${file})
+      message(FATAL_ERROR "share/${file} was not installed")
+    endif()
+  endforeach()
+endif()
 run("configuring the example" ${CMAKE_COMMAND} -G ${GENERATOR} -S ${SOURCE_DIR}/docs/example_fit -B ${WORK_DIR}/build
   -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_COMPILER=${CXX} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" -D CMAKE_PREFIX_PATH=${WORK_DIR}/prefix)
 run("building the example" ${CMAKE_COMMAND} --build ${WORK_DIR}/build)
