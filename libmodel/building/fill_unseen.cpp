@@ -29,10 +29,26 @@ void check(const SampleMatrix& values, const SampleMatrix& visibility, const Ver
              ", expected " + std::to_string(values.rows()) + " x " + std::to_string(values.cols() / 3));
   expect(V.rows() == 0 || V.rows() == visibility.cols(),
          "the surface has " + std::to_string(V.rows()) + " vertices, the samples " + std::to_string(visibility.cols()));
+  expect(visibility.allFinite(), "visibility holds NaN or infinity");
   expect(visibility.size() == 0 || (visibility.minCoeff() >= 0 && visibility.maxCoeff() <= 1),
          "visibility must be within 0..1");
   expect(options.correlation_length >= 0, "correlation_length must not be negative");
   expect(options.max_iterations > 0 && options.tolerance > 0, "max_iterations and tolerance must be positive");
+}
+
+// Values of weight 0 may be anything, yet sums over all values must not meet a NaN.
+void clear_unseen(SampleMatrix* values, const SampleMatrix& visibility) {
+  for (Eigen::Index s = 0; s < visibility.rows(); ++s) {
+    if (values->row(s).allFinite()) continue;
+    for (Eigen::Index v = 0; v < visibility.cols(); ++v) {
+      auto x = values->row(s).segment<3>(3 * v);
+      if (x.allFinite()) continue;
+      if (visibility(s, v) > 0)
+        throw InvalidInput("fill unseen: sample " + std::to_string(s) + " holds NaN or infinity at vertex " +
+                           std::to_string(v) + ", which was seen");
+      x.setZero();
+    }
+  }
 }
 
 // Shares filled; returns which vertices somebody saw.
@@ -149,6 +165,7 @@ double total_variance(const SampleMatrix& X) {
 FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility, const Vertices& V, const Faces& F,
                              const FillUnseenOptions& options) {
   check(values, visibility, V, options);
+  clear_unseen(&values, visibility);
   FillUnseenResult result;
   FillUnseenSummary& summary = result.summary;
   summary.options = options;

@@ -2,7 +2,10 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/building/fill_unseen.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 #include "libmodel/core/errors.h"
 #include "planted.h"
@@ -199,6 +202,23 @@ TEST(FillUnseen, SharesAreToldPerSample) {
   ASSERT_EQ(s.sample_shares.size(), 40U);
   for (int i = 0; i < 40; ++i) EXPECT_NEAR(s.sample_shares[i], 1 - g.visibility.row(i).mean(), 1e-12);
   EXPECT_NEAR(s.filled_share, 1 - g.visibility.mean(), 1e-12);
+}
+
+TEST(FillUnseen, NumbersThatAreNoneMatterOnlyWhereTheyWereSeen) {
+  PaintedGrid g = painted_grid(13);
+  const double nan = std::nan("");
+  const Faces& F = g.t.levels.back().F;
+  for (const int v : {200, 201}) g.visibility.col(v).setZero();
+  const SampleMatrix filled = fill_unseen(blotted(g, 9), g.visibility, g.t.V, F).values;
+  EXPECT_EQ(fill_unseen(blotted(g, nan), g.visibility, g.t.V, F).values, filled);
+  SampleMatrix values = blotted(g, 9);
+  g.visibility(3, 7) = 1;
+  values(3, 22) = nan;
+  EXPECT_THAT(
+      [&] { fill_unseen(values, g.visibility, g.t.V, F); },
+      ::testing::ThrowsMessage<InvalidInput>(::testing::HasSubstr("sample 3 holds NaN or infinity at vertex 7")));
+  g.visibility(0, 0) = nan;
+  EXPECT_THROW(fill_unseen(g.truth, g.visibility), InvalidInput);
 }
 
 TEST(FillUnseen, RefusesWhatDoesNotFit) {
