@@ -6,6 +6,7 @@
 #include "libmodel/interop/gltf.h"
 #include "libmodel/interop/gltf_container.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/json_depth.h"
 #include "libmodel/model/surface_points.h"
 
 namespace facewright {
@@ -26,7 +27,9 @@ class Glb {
                " bytes are here");
     const auto length = in_.value<std::uint32_t>();
     if (in_.value<std::uint32_t>() != GltfCode::json_chunk) in_.fail("does not begin with its description");
-    description_ = json::parse(in_.text(length));
+    const std::string description = in_.text(length);
+    if (json_depth(description) > kMostJsonDepth) in_.fail("nests its description too deeply; it is damaged");
+    description_ = json::parse(description);
     in_.text(8);
     start_ = in_.position();
   }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/io/json_depth.h"
 #include "libmodel/model/hdf5_archive.h"
 
 namespace facewright {
@@ -52,6 +53,7 @@ void write_dataset(Hdf5Writer& h5, const json& dataset, const std::string& name,
 }  // namespace
 
 std::string hdf5_from_json(const std::string& text, const std::string& name) {
+  if (json_depth(text) > kMostJsonDepth) throw IoError(name, "nests lists too deeply for a model; it is damaged");
   const json file = json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (file.is_discarded()) throw IoError(name, "is neither HDF5 nor JSON, or is cut short; expected a model");
   try {

@@ -103,6 +103,24 @@ TEST_F(HostileFiles, GlbCountsAreCheckedBeforeMemoryIsTaken) {
   refuses(corners, "\"componentType\":5126,\"count\":54,\"type\":\"SCALAR\"", "another kind");
 }
 
+TEST_F(HostileFiles, AGlbOfListsInListsIsRefused) {
+  constexpr size_t kDeep = 1'000'000;
+  std::string text = R"({"meshes":[{"primitives":[],"extras":{"targetNames":)" + std::string(kDeep, '[') +
+                     std::string(kDeep, ']') + "}}]}";
+  text.resize((text.size() + 3) / 4 * 4, ' ');
+  std::string bytes = "glTF";
+  const auto number = [&](size_t x) {
+    for (int shift = 0; shift < 32; shift += 8) bytes += static_cast<char>(x >> shift & 0xff);
+  };
+  number(2);
+  number(12 + 8 + text.size() + 8);
+  number(text.size());
+  bytes += "JSON" + text;
+  number(0);
+  bytes += std::string("BIN\0", 4);
+  EXPECT_THAT([&] { read_glb_model(file("bad.glb", bytes)); }, ThrowsMessage<IoError>(HasSubstr("too deeply")));
+}
+
 TEST_F(HostileFiles, AGlbMorphTargetShorterThanTheMeshIsRefused) {
   const std::string bytes = glb_bytes(model, {.modes = 1, .texture_size = 16, .morph_normals = false});
   const std::string target = "\"componentType\":5126,\"count\":20,\"type\":\"VEC3\"";

@@ -241,6 +241,11 @@ TEST_F(StatismoDialects, Hdf5AsJsonIsToldByItsFirstByte) {
   wrong = {};
   wrong.add("/shape/model/mean", "H5T_FLOAT", R"({"class":"H5S_SIMPLE","dims":[5]})", "[1,2,3]");
   refuses(wrong.text());
+  constexpr size_t kDeep = 1'000'000;  // lists in lists
+  wrong = {};
+  wrong.add("/shape/model/mean", "H5T_FLOAT", R"({"class":"H5S_SCALAR"})",
+            std::string(kDeep, '[') + "1" + std::string(kDeep, ']'));
+  refuses(wrong.text());
 }
 
 }  // namespace
