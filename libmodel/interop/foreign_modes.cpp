@@ -39,13 +39,16 @@ void sort_by_variance(PcaModel& pca, const std::string& what, std::vector<std::s
   decisions.push_back(what + ": modes sorted by their variance");
 }
 
-PcaModel made_orthonormal(PcaModel pca, const std::string& what, double cosine, std::vector<std::string>& decisions) {
-  decisions.push_back(what + ": columns are not orthogonal (cosines up to " + text(cosine) +
-                      "): made orthonormal, the same faces with the same likelihood but other coefficients; "
+PcaModel made_orthonormal(PcaModel pca, const std::string& what, const std::string& why,
+                          std::vector<std::string>& decisions) {
+  decisions.push_back(what + ": columns are not " + why +
+                      ": made orthonormal, the same faces with the same likelihood but other coefficients; "
                       "--keep-columns leaves them");
   pca.orthonormal = false;
   return pca.orthonormalised();
 }
+
+std::string not_orthogonal(double cosine) { return "orthogonal (cosines up to " + text(cosine) + ")"; }
 
 double slope_of_linear(double encoded) {
   return encoded <= 0.04045 ? 1 / 12.92 : 2.4 / 1.055 * std::pow((encoded + 0.055) / 1.055, 1.4);
@@ -69,14 +72,20 @@ PcaModel settled_modes(ForeignModes modes, const std::string& what, bool keep_co
     decisions.push_back(
         what + ": " + std::to_string(k) + " modes, " +
         (modes.scale == ModeScale::sigmas ? "standard deviations given: squared" : "variances given: kept"));
-    if ((lengths.array() - 1).abs().maxCoeff() > kUnitTolerance)
-      return made_orthonormal(std::move(pca), what, std::abs(lengths.maxCoeff()), decisions);
+    if ((lengths.array() - 1).abs().maxCoeff() > kUnitTolerance) {
+      const std::string range = "of length 1 (" + text(lengths.minCoeff()) + " to " + text(lengths.maxCoeff()) + ")";
+      if (!keep_columns) return made_orthonormal(std::move(pca), what, range, decisions);
+      decisions.push_back(what + ": columns are not " + range + ", kept as asked");
+      pca.orthonormal = false;
+      sort_by_variance(pca, what, decisions);
+      return pca;
+    }
   } else if (lengths.minCoeff() <= 1e-9 * lengths.maxCoeff()) {
-    if (!keep_columns) return made_orthonormal(std::move(pca), what, 1, decisions);
+    if (!keep_columns) return made_orthonormal(std::move(pca), what, not_orthogonal(1), decisions);
   } else {
     const double cosine = largest_cosine(pca.basis * lengths.cwiseInverse().asDiagonal());
     if (cosine > kOrthogonalTolerance && !keep_columns)
-      return made_orthonormal(std::move(pca), what, cosine, decisions);
+      return made_orthonormal(std::move(pca), what, not_orthogonal(cosine), decisions);
     if (cosine <= kOrthogonalTolerance) {
       pca.variances = lengths.cwiseAbs2();
       pca.basis *= lengths.cwiseInverse().asDiagonal();
@@ -92,7 +101,8 @@ PcaModel settled_modes(ForeignModes modes, const std::string& what, bool keep_co
     return pca;
   }
   if (const double cosine = largest_cosine(pca.basis); cosine > kOrthogonalTolerance) {
-    if (!keep_columns) return made_orthonormal(std::move(pca), what, cosine, decisions);
+    if (!keep_columns) return made_orthonormal(std::move(pca), what, not_orthogonal(cosine), decisions);
+    decisions.push_back(what + ": columns are not " + not_orthogonal(cosine) + ", kept as asked");
     pca.orthonormal = false;
   }
   sort_by_variance(pca, what, decisions);

@@ -127,6 +127,9 @@ ImportResult import_model(const std::filesystem::path& path, const ImportOptions
   if (!options.blendshapes.empty() && format != "eos")
     throw InvalidInput("import: a file of blendshapes goes with eos models only; " + path.string() + " is a " + format +
                        " model");
+  if (options.identity_modes >= 0 && format != "flame")
+    throw InvalidInput("import: a number of identity modes goes with FLAME-style archives only; " + path.string() +
+                       " is a " + format + " model");
   if (is_own(format) && asks_for_nothing(options)) return taken_as_it_is(read_model(format, path), format);
   ForeignModel model = read_foreign(format, path, options);
   if (!options.blendshapes.empty()) take_blendshapes(options.blendshapes, &model);

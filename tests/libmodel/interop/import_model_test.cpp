@@ -178,6 +178,28 @@ TEST_F(ImportModel, ColumnsThatAreNotOrthogonalKeepTheirFacesOrTheirCoefficients
   EXPECT_LT((W * W.transpose() - U * U.transpose()).norm(), 1e-5) << "the same covariance";
 }
 
+TEST_F(ImportModel, ColumnsOfOtherLengthsAreMadeUnitOrKeptAndSaidToBe) {
+  auto variables = testing::bfm_variables(parts);
+  Eigen::MatrixXd& basis = variables["shapePC"];
+  basis.col(1) *= 2;
+  variables["shapeEV"](1) /= 2;
+  testing::write_mat(folder / "long.mat", variables);
+  const ImportResult made = import_model(folder / "long.mat"),
+                     kept = import_model(folder / "long.mat", {.keep_columns = true});
+  EXPECT_TRUE(made.model.shape().orthonormal);
+  EXPECT_NEAR(made.model.shape().basis.col(1).norm(), 1, 1e-9);
+  EXPECT_FALSE(kept.model.shape().orthonormal);
+  EXPECT_NEAR(kept.model.shape().basis.colwise().norm().maxCoeff(), 2, 1e-3);
+  const Eigen::MatrixXd W = made.model.shape().rescaled_basis(), U = kept.model.shape().rescaled_basis();
+  EXPECT_LT((W * W.transpose() - U * U.transpose()).norm(), 1e-6 * (W * W.transpose()).norm()) << "the same covariance";
+  const auto says = [](const ImportResult& result, const std::string& text) {
+    return std::count_if(result.decisions.begin(), result.decisions.end(),
+                         [&](const std::string& d) { return d.find(text) != d.npos; });
+  };
+  EXPECT_EQ(says(made, "columns are not of length 1 (1 to 2): made orthonormal"), 1);
+  EXPECT_EQ(says(kept, "columns are not of length 1 (1 to 2), kept as asked"), 1);
+}
+
 TEST_F(ImportModel, LeadingVerticesAreTheSameFacesCut) {
   constexpr int kKept = 130;
   testing::write_ict(folder / "ict", parts);
@@ -195,6 +217,8 @@ TEST_F(ImportModel, OptionsThatMeanNothingAreRefused) {
   EXPECT_THROW(import_model(folder.path(), {.axes = "x x z"}), InvalidInput);
   EXPECT_THROW(import_model(folder.path(), {.axes = "x y -z"}), InvalidInput) << "a mirror image";
   EXPECT_THROW(import_model(folder / "nothing"), IoError);
+  testing::write_mat(folder / "bfm.mat", testing::bfm_variables(parts));
+  EXPECT_THROW(import_model(folder / "bfm.mat", {.identity_modes = 3}), InvalidInput) << "FLAME's alone";
 }
 
 }  // namespace
