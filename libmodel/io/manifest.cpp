@@ -89,8 +89,8 @@ class EntryReader {
 
   std::string units(const std::string& value, int line) const {
     if (value == "auto") return "";
-    if (value != "mm" && value != "cm" && value != "m")
-      fail(line, "the units '" + value + "' are none of mm, cm, m, auto");
+    if (value != "mm" && value != "cm" && value != "m" && value != "inch")
+      fail(line, "the units '" + value + "' are none of mm, cm, m, inch, auto");
     return value;
   }
 

@@ -86,7 +86,7 @@ TEST_F(ManifestTest, EveryMistakeIsNamedWithItsLine) {
   EXPECT_THAT(message("file,age\na.ply\n"), says(":2", "1 fields"));
   EXPECT_THAT(message("file,age\na.ply,old\n"), says(":2", "'old'"));
   EXPECT_THAT(message("file,age\na.ply,nan\n"), says(":2", "'nan'"));
-  EXPECT_THAT(message("file,units\na.ply,inch\n"), says(":2", "'inch'"));
+  EXPECT_THAT(message("file,units\na.ply,feet\n"), says(":2", "'feet'"));
   EXPECT_THAT(message("file\nb.ply\nnone.ply\n"), says(":3", "'none.ply'"));
   EXPECT_THAT(message("file,id\na.ply,x\nb.ply,x\n"), says(":3", "line 2"));
   EXPECT_THAT(message("file,id\na.ply,../x\n"), says(":2", "file name"));
