@@ -74,7 +74,8 @@ int main(int argc, char** argv) {
   app.add_option("--rim-weight", options.set.rim_weight, "Weight of the model's region \"rim\" in alignments")
       ->check(CLI::Range(0.0, 1.0));
   app.add_option("--level", options.set.level,
-                 "Vertex count of the level, or its index from 0, the coarsest; -1 = finest");
+                 "Vertex count of the level, or its index from 0, the coarsest; -1 = finest")
+      ->check(CLI::Range(-1, 1 << 30).description(""));
   app.add_flag("--no-colour", no_colour, "Shape only");
   app.add_option("--keep-reconstructions", options.metrics.keep,
                  "Write the left-out reconstructions of the first so many scans, with all modes")

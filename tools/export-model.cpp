@@ -17,7 +17,8 @@ int main(int argc, char** argv) {
   ExportOptions options;
   app.add_option("model", input, "Model (.h5)")->required()->check(CLI::ExistingFile);
   app.add_option("--format", format, "What to write")->check(CLI::IsMember(export_format_names()));
-  app.add_option("--level", level, "Vertex count of the level, or its index from 0, the coarsest; -1 = finest");
+  app.add_option("--level", level, "Vertex count of the level, or its index from 0, the coarsest; -1 = finest")
+      ->check(CLI::Range(-1, 1 << 30).description(""));
   app.add_option("--basis", basis, "Basis of a coarse level: orthonormal, or shared coefficients with the other levels")
       ->check(CLI::IsMember({"orthonormal", "shared"}));
   app.add_option("--eos-version", options.eos_version, "Class version of the eos file")->check(CLI::IsMember({1, 4}));

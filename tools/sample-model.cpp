@@ -26,7 +26,8 @@ int main(int argc, char** argv) {
   double sigma = 1;
   app.add_option("model", input, "Model (.h5)")->required()->check(CLI::ExistingFile);
   app.add_option("-n,--count", count, "Number of faces")->check(CLI::Range(1, 1000000));
-  app.add_option("--level", level, "Vertex count of the level, or its index from 0, the coarsest; -1 = finest");
+  app.add_option("--level", level, "Vertex count of the level, or its index from 0, the coarsest; -1 = finest")
+      ->check(CLI::Range(-1, 1 << 30).description(""));
   app.add_option("--sigma", sigma, "Standard deviation of the coefficients; 1 = as in the population, 0 = the mean")
       ->check(CLI::Range(0.0, 10.0));
   return run_program(argc, argv, app, common, [&] {

@@ -42,6 +42,17 @@ TEST_P(EveryProgram, TellsItsVersion) {
 
 TEST_P(EveryProgram, RefusesUnknownOptionsAsWrongUsage) { EXPECT_EQ(run("--no-such-option").exit_code, 2); }
 
+// -1 is the finest level; a slip of the finger is no other way to say so.
+TEST(LevelOption, BelowMinusOneIsNoLevel) {
+  const std::string bin = FACEWRIGHT_BIN_DIR;
+  for (const std::string& call :
+       {"export-model " + bin + "/export-model", "sample-model " + bin + "/sample-model", "evaluate-model " + bin}) {
+    const CommandResult result = run_command(bin + "/" + call + " -o unwritten --level -5");
+    EXPECT_EQ(result.exit_code, 2) << call;
+    EXPECT_THAT(result.output, HasSubstr("--level")) << call;
+  }
+}
+
 std::string test_name(const ::testing::TestParamInfo<std::string>& program) {
   std::string name = program.param;
   std::replace(name.begin(), name.end(), '-', '_');
