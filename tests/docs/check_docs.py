@@ -19,14 +19,15 @@ from markdown import anchors, links, markdown_files, read, split
 
 FLAG = re.compile(r"(?<![\w/-])--[a-z][a-z0-9_-]*")
 # Options of programs that are not ours.
-FOREIGN = set("""--preset --build --install --prefix --target --test-dir --output-on-failure --gtest_filter --repeat --call-graph --benchmark_filter
---benchmark_repetitions --extra-arg --headless --list --user --recursive --force --depth""".split())
+FOREIGN = set("""--preset --build --install --prefix --target --test-dir --output-on-failure --gtest_filter --repeat --call-graph
+--benchmark_filter --benchmark_repetitions --extra-arg --headless --list --user --recursive --force --depth""".split())
 
 
 def known_flags(root, programs):
     """Options of our programs, and of the scripts beside them."""
     flags = {name for program in programs for option in program.options for name in option.names}
-    scripts = [p for folder in ("pipelines", "docs", "tests", "tools/help") for p in glob.glob(f"{root}/{folder}/*") if "." not in os.path.basename(p)]
+    folders = ("pipelines", "docs", "tests", "tools/help")
+    scripts = [p for folder in folders for p in glob.glob(f"{root}/{folder}/*") if "." not in os.path.basename(p)]
     for path in [*scripts, *glob.glob(f"{root}/tests/benchmarks/*"), f"{root}/tools/make-default-reference.cpp"]:
         if os.path.isfile(path):
             flags |= set(re.findall(r"--[a-z][a-z0-9-]*", read(path)))
@@ -101,8 +102,9 @@ def problems_of_commands(root, path, block, programs):
         if name in by_name:
             for problem in problems_of_words(by_name[name], words[1:]):
                 yield f"{where}: {problem}"
-        elif re.match(r"(\./)?(pipelines|docs|examples|tests)/", words[0]) and not os.path.exists(os.path.join(root, words[0])):
-            yield f"{where}: there is no {words[0]}"
+        elif re.match(r"(\./)?(pipelines|docs|examples|tests)/", words[0]):
+            if not os.path.exists(os.path.join(root, words[0])):
+                yield f"{where}: there is no {words[0]}"
         elif name in ("cmake", "ctest") and "--preset" in words and words[words.index("--preset") + 1] not in presets:
             yield f"{where}: there is no preset {words[words.index('--preset') + 1]}"
 

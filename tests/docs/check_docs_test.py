@@ -25,6 +25,7 @@ Options:
   --no-glb{false}                 Write no .glb
   --yaw FLOAT=[0,30] ...          Turns
   --at FLOAT=[] x 2               Place
+  --part i/n                      Part
 
 
 Scans:
@@ -47,6 +48,7 @@ class HelpText(unittest.TestCase):
         self.assertFalse(program.option("--no-glb").takes_value)
         self.assertEqual(("...", "[0,30]"), (program.option("--yaw").count, program.option("--yaw").default))
         self.assertEqual("2", program.option("--at").count)
+        self.assertEqual(("i/n", ""), (program.option("--part").kind, program.option("--part").default))
         self.assertEqual((["--verbose"], "Scans"), (program.option("-q").excludes, program.option("-q").group))
 
 

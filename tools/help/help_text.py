@@ -14,7 +14,7 @@ class Option:
     """An option, or a positional argument, whose only name is then its own without dashes."""
     names: list  # ["-o", "--output"]
     group: str  # "Options", or what the program calls the group
-    kind: str = ""  # TEXT, INT, UINT, FLOAT, ENUM; empty for a flag
+    kind: str = ""  # TEXT, INT, UINT, FLOAT, ENUM, or the form a value has, such as i/n; empty for a flag
     check: str = ""  # FILE, DIR, PATH(existing), NONNEGATIVE, POSITIVE, or empty
     choices: list = field(default_factory=list)
     range: str = ""  # "0 .. 1"
@@ -61,7 +61,7 @@ def parse_option(name_part, text, group):
     fixed = re.search(r" x (\d+)$", rest)
     if fixed:
         option.count, rest = fixed.group(1), rest[:fixed.start()]
-    kind, colon, check = re.match(r"([A-Z]*)(:?)(.*)$", rest).groups()
+    kind, colon, check = re.match(r"([^\s:=]*)(:?)(.*)$", rest).groups()
     option.kind = kind
     if not colon:
         check, option.default = "", check.removeprefix("=")
