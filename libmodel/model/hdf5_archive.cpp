@@ -179,16 +179,30 @@ void Hdf5Reader::fail(const std::string& path, const std::string& what) const {
   throw IoError(name_, "'" + path + "' " + what);
 }
 
+std::pair<std::int64_t, std::string> Hdf5Reader::place_of(const std::string& path) const {
+  const size_t slash = path.rfind('/');
+  if (slash == path.npos || slash == 0) return {file_, path.substr(slash == 0 ? 1 : 0)};
+  std::string parent = path.substr(0, slash), name = path.substr(slash + 1);
+  if (const auto known = groups_.find(parent); known != groups_.end()) return {known->second, std::move(name)};
+  const auto [above, own] = place_of(parent);
+  const bool exists = above >= 0 && !own.empty() && H5Lexists(above, own.c_str(), H5P_DEFAULT) > 0;
+  const hid_t group = exists ? H5Gopen2(above, own.c_str(), H5P_DEFAULT) : H5I_INVALID_HID;
+  groups_.emplace(std::move(parent), group);
+  return {group, std::move(name)};
+}
+
 bool Hdf5Reader::has(const std::string& path) const {
+  if (const auto known = known_.find(path); known != known_.end()) return known->second;
   const Quiet quiet;
-  for (size_t slash = path.find('/', 1);; slash = path.find('/', slash + 1)) {
-    const std::string part = path.substr(0, slash);
-    if (part != "/" && !known_.contains(part)) {
-      if (H5Lexists(file_, part.c_str(), H5P_DEFAULT) <= 0) return false;
-      known_.insert(part);
-    }
-    if (slash == std::string::npos) return true;
-  }
+  const auto [group, name] = place_of(path);
+  const bool is_there = group >= 0 && (name.empty() || H5Lexists(group, name.c_str(), H5P_DEFAULT) > 0);
+  known_.emplace(path, is_there);
+  return is_there;
+}
+
+std::int64_t Hdf5Reader::open_dataset(const std::string& path) const {
+  const auto [group, name] = place_of(path);
+  return group < 0 || name.empty() ? H5I_INVALID_HID : H5Dopen2(group, name.c_str(), H5P_DEFAULT);
 }
 
 std::vector<std::string> Hdf5Reader::children(const std::string& group) const {
@@ -213,7 +227,7 @@ std::vector<std::string> Hdf5Reader::children(const std::string& group) const {
 
 // A dataset of numbers, which the caller closes.
 std::int64_t Hdf5Reader::open_numbers(const std::string& path) const {
-  const hid_t set = H5Dopen2(file_, path.c_str(), H5P_DEFAULT);
+  const hid_t set = open_dataset(path);
   if (set < 0) fail(path, has(path) ? "is not a dataset" : "is missing; is this a statismo 0.9 or Facewright model?");
   const Handle type(H5Dget_type(set), H5Tclose);
   const H5T_class_t kind = H5Tget_class(type);
@@ -271,7 +285,7 @@ RowMatrixXi Hdf5Reader::integers(const std::string& path) const {
 
 std::string Hdf5Reader::string(const std::string& path) const {
   const Quiet quiet;
-  const Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose);
+  const Handle set(open_dataset(path), H5Dclose);
   if (!set.ok()) fail(path, has(path) ? "is not a dataset" : "is missing");
   const Handle type(H5Dget_type(set), H5Tclose), space(H5Dget_space(set), H5Sclose);
   if (H5Tget_class(type) != H5T_STRING || H5Sget_simple_extent_npoints(space) != 1) fail(path, "is not one string");

@@ -5,9 +5,10 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <optional>
-#include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace facewright {
@@ -75,12 +76,17 @@ class Hdf5Reader {
   [[noreturn]] void fail(const std::string& path, const std::string& what) const;
 
  private:
+  /// The group that holds `path`, kept open with the file, and the name in it; negative if there is no such group.
+  std::pair<std::int64_t, std::string> place_of(const std::string& path) const;
+  std::int64_t open_dataset(const std::string& path) const;
   std::int64_t open_numbers(const std::string& path) const;
   Shape checked_shape(std::int64_t dataset, const std::string& path) const;
   template <class Matrix>
   Matrix read_open(std::int64_t dataset, const std::string& path, std::int64_t memory_type) const;
   std::string name_;
-  mutable std::set<std::string, std::less<>> known_;  // found by has(); asking HDF5 again costs a walk from the root
+  // By their paths: every name that HDF5 is given from the root costs a walk from there.
+  mutable std::map<std::string, std::int64_t, std::less<>> groups_;
+  mutable std::map<std::string, bool, std::less<>> known_;  // asked for by has()
   std::int64_t file_ = -1;
   bool is_image_ = false;  // made of HDF5-JSON: not the bytes of the file
 };
