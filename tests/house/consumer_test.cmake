@@ -25,4 +25,12 @@ file(STRINGS ${WORK_DIR}/build/CMakeCache.txt heavy REGEX "^(CGAL|OpenMesh|flann
 if(heavy)
   message(FATAL_ERROR "a program that only fits looked for ${heavy}")
 endif()
+
+# With the registration component the examples are built the same way.
+file(GLOB_RECURSE registration ${WORK_DIR}/prefix/FacewrightRegistrationTargets.cmake)
+if(registration)
+  run("configuring the examples" ${CMAKE_COMMAND} -G ${GENERATOR} -S ${SOURCE_DIR}/examples -B ${WORK_DIR}/examples
+    -D CMAKE_BUILD_TYPE=Debug -D CMAKE_CXX_COMPILER=${CXX} "-DCMAKE_CXX_FLAGS=${CXX_FLAGS}" -D CMAKE_PREFIX_PATH=${WORK_DIR}/prefix)
+  run("building the examples" ${CMAKE_COMMAND} --build ${WORK_DIR}/examples)
+endif()
 file(REMOVE_RECURSE ${WORK_DIR})
