@@ -20,13 +20,26 @@ namespace facewright {
 enum class LevelCriterion { deviation, bend, length };
 const char* criterion_name(LevelCriterion criterion);
 
+/// What a build does, in order; the results of a stage lie in OUT, where the next one finds them.
+enum class BuildStage { landmarks, levels, registration, model };
+
+/// Scan number i (from 0, in order of id) belongs to part 1 + i % count. Count 0: all scans.
+struct BuildPart {
+  int number = 0, count = 0;
+  bool holds(size_t scan) const {
+    return count == 0 || static_cast<int>(scan % static_cast<size_t>(count)) + 1 == number;
+  }
+};
+
 /// Everything `build-model` can be told.
 struct BuildPipelineOptions {
-  std::filesystem::path scans;   ///< folder of scans with their landmarks, or a manifest (a file)
-  std::filesystem::path output;  ///< folder to make; see docs/file-formats.md for what it will hold
-  int jobs = 0;                  ///< scans registered at once, 0 = all cores; does not change a byte
-  std::uint64_t seed = 1;        ///< of the pictures' random faces
-  bool resume = false;           ///< keep scans whose inputs and options are unchanged since an earlier run
+  std::filesystem::path scans;           ///< folder of scans with their landmarks, or a manifest (a file)
+  std::filesystem::path output;          ///< folder to make; see docs/file-formats.md for what it will hold
+  int jobs = 0;                          ///< scans registered at once, 0 = all cores; does not change a byte
+  std::uint64_t seed = 1;                ///< of the pictures' random faces
+  bool resume = false;                   ///< keep scans whose inputs and options are unchanged since an earlier run
+  BuildStage until = BuildStage::model;  ///< the last stage that is done
+  BuildPart part;  ///< of the scans, to be done here: for runs side by side; only until landmarks or registration
   bool find_landmarks = true;  ///< on scans that lack some or all; false: use what is given
   ScanOptions scan;
   RegisterOptions registration;

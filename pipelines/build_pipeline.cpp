@@ -19,6 +19,7 @@
 #include "libmodel/io/sha256.h"
 #include "libmodel/model/model_file.h"
 #include "libregister/reference/reference_face.h"
+#include "pipelines/build_record.h"
 #include "pipelines/build_report.h"
 #include "pipelines/matrix_hash.h"
 #include "pipelines/model_stage.h"
@@ -56,7 +57,7 @@ void write_landmark_vertices(const MultiresTemplate& reference, const OutputTree
   Json map;
   for (const auto& [name, mark] : reference.landmarks)
     if (mark.vertex >= 0) map[name] = mark.vertex;
-  write_file(tree.landmark_vertices(), map.dump() + "\n");
+  write_file_if_changed(tree.landmark_vertices(), map.dump() + "\n");
 }
 
 // Registers all scans; results do not depend on the order in which threads take them.
@@ -140,21 +141,11 @@ void write_build_json(const BuildPipelineOptions& options, const std::vector<Sca
   Json j;
   j["program"] = "build-model";
   j["version"] = FACEWRIGHT_VERSION;
-  j["options"] = Json::parse(describe_options(options));
-  j["options"]["level_vertices"] = options.levels;
-  j["options"]["mean_as_reference"] = options.mean_as_reference;
-  j["options"]["criterion"] = criterion_name(options.criterion);
-  j["options"]["symmetric"] = options.symmetric;
+  j["options"] = Json::parse(effective_options(options));
   j["levels"] = {{"criterion", criterion_name(s.levels.criterion)},
                  {"mean_as_reference", s.levels.mean_as_reference},
                  {"scans", s.levels.scans},
-                 {"left_out", s.levels.left_out},
-                 {"kept", s.levels.kept}};
-  j["options"]["variance_share"] = options.variance_share;
-  j["options"]["scaling"] = options.scaling == Scaling::free ? "similarity" : "rigid";
-  j["options"]["gain_balance"] = to_string(options.gain_balance);
-  j["options"]["prune_quantile"] = options.prune_quantile;
-  j["options"]["exclude"] = options.exclude;
+                 {"left_out", s.levels.left_out}};
   j["seed"] = options.seed;
   j["inputs"] = input_hashes(files);
   j["landmarks"] = {{"given", s.landmarks.given},
@@ -226,6 +217,28 @@ void describe_model(const ModelStageResult& stage, BuildPipelineSummary* summary
   summary->without_neutral = stage.expressions.without_neutral;
 }
 
+// Of the scans, those of this part.
+std::vector<ScanFiles> part_of(const std::vector<ScanFiles>& files, const BuildPart& part) {
+  std::vector<ScanFiles> mine;
+  for (size_t i = 0; i < files.size(); ++i)
+    if (part.holds(i)) mine.push_back(files[i]);
+  return mine;
+}
+
+void check_part(const BuildPipelineOptions& options, const OutputTree& tree) {
+  const BuildPart& part = options.part;
+  if (part.count == 0) return;
+  if (part.count < 0 || part.number < 1 || part.number > part.count)
+    throw InvalidInput("build: expected a part of 1..n of n, got " + std::to_string(part.number) + " of " +
+                       std::to_string(part.count));
+  if (options.until == BuildStage::levels || options.until == BuildStage::model)
+    throw InvalidInput(
+        "build: landmarks and registration are done in parts, levels and the model from all scans at once");
+  if (options.until == BuildStage::registration && !fs::exists(tree.hierarchy()))
+    throw InvalidInput(
+        "build: the levels must be decided before scans are registered in parts; run until levels first");
+}
+
 void write_model_files(const MorphableModel& model, const OutputTree& tree, BuildPipelineSummary* summary,
                        const Progress& progress) {
   if (progress) progress({"writing the model", 0, 1 + model.level_count(), ""});
@@ -239,53 +252,71 @@ void write_model_files(const MorphableModel& model, const OutputTree& tree, Buil
   export_all(tree.exports(), model);
 }
 
+// Registered scans to the model, its files and its report.
+void gather(const BuildPipelineOptions& options, const std::map<std::string, ManifestEntry>& entries,
+            const MultiresTemplate& reference, const OutputTree& tree, const Progress& progress,
+            BuildPipelineSummary* summary, StageClock* clock) {
+  if (progress) progress({"building the model", 0, 1, ""});
+  const ModelStageResult stage =
+      model_stage(registered_entries(*summary, entries), failures(*summary), reference, options, tree);
+  describe_model(stage, summary);
+  write_file(tree.model_card(".md"), stage.card_markdown);
+  write_file(tree.model_card(".json"), stage.card_json);
+  if (progress) progress({"building the model", 1, 1, ""});
+  clock->finish("model");
+  const TextureStage map =
+      texture_stage(reference, as_vertices(stage.built.model.shape().mean), tree.isomap(), {.threads = options.jobs});
+  const MorphableModel model = stage.built.model.with_uv(map.texture.uv);
+  clock->finish("texture map");
+  write_model_files(model, tree, summary, progress);
+  clock->finish("files");
+  if (progress) progress({"writing the report", 0, 1, ""});
+  write_build_report(model, stage, *summary, options, tree);
+  if (progress) progress({"writing the report", 1, 1, ""});
+  clock->finish("report");
+}
+
 }  // namespace
 
-BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const Progress& progress) {
+BuildPipelineSummary build_from_scans(const BuildPipelineOptions& asked, const Progress& progress) {
+  BuildPipelineOptions options = asked;
+  if (options.until != BuildStage::model || options.part.count > 0) options.resume = true;
   BuildPipelineSummary summary;
   StageClock clock(&summary.seconds);
   const OutputTree tree{options.output};
+  check_part(options, tree);
   std::vector<ScanFiles> files;
   const std::map<std::string, ManifestEntry> entries = entries_of(options, &files);
   check_output(files, tree);
   const ReferenceFace face = load_reference(options);
   fs::create_directories(tree.root);
   remove_strangers(files, tree);
+  remove_abandoned_temporaries(tree.root);
+  files = part_of(files, options.part);
   if (options.find_landmarks) summary.landmarks = landmark_stage(&files, face, options, tree, progress);
   clock.finish("landmarks");
+  if (options.until == BuildStage::landmarks) return summary;
   const LevelDecision decision = decide_levels(face, neutral_scans(files, entries), options, tree, progress);
   const MultiresTemplate& reference = decision.reference;
   summary.levels = decision.summary;
   write_landmark_vertices(reference, tree);
   clock.finish("levels");
+  if (options.until == BuildStage::levels) return summary;
   summary.scans = register_all(files, summary.landmarks.failed, decision, options, tree, progress);
   for (const ScanOutcome& o : summary.scans) ++(o.registered ? summary.registered : summary.failed);
   clock.finish("registration");
+  if (options.until == BuildStage::registration) return summary;
   if (summary.registered < options.least_scans) {
     write_build_json(options, files, summary, tree);
     throw InvalidInput("build: " + std::to_string(summary.registered) + " of " + std::to_string(files.size()) +
                        " scans could be registered, at least " + std::to_string(options.least_scans) +
                        " are needed for a model; the reasons are in " + (tree.root / "problematic").string());
   }
-  if (progress) progress({"building the model", 0, 1, ""});
-  const ModelStageResult stage =
-      model_stage(registered_entries(summary, entries), failures(summary), reference, options, tree);
-  describe_model(stage, &summary);
-  write_file(tree.model_card(".md"), stage.card_markdown);
-  write_file(tree.model_card(".json"), stage.card_json);
-  if (progress) progress({"building the model", 1, 1, ""});
-  clock.finish("model");
-  const TextureStage map =
-      texture_stage(reference, as_vertices(stage.built.model.shape().mean), tree.isomap(), {.threads = options.jobs});
-  const MorphableModel model = stage.built.model.with_uv(map.texture.uv);
-  clock.finish("texture map");
-  write_model_files(model, tree, &summary, progress);
-  clock.finish("files");
-  if (progress) progress({"writing the report", 0, 1, ""});
-  write_build_report(model, stage, summary, options, tree);
-  if (progress) progress({"writing the report", 1, 1, ""});
-  clock.finish("report");
+  const std::string key = gather_key(options, summary, entries, tree);
+  if (options.resume && build_stands(key, tree, options.jobs, &summary)) return summary;
+  gather(options, entries, reference, tree, progress, &summary, &clock);
   write_build_json(options, files, summary, tree);
+  write_build_record(key, summary, tree, options.jobs);
   return summary;
 }
 

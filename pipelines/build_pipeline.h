@@ -36,12 +36,16 @@ struct BuildPipelineSummary {
   std::map<std::string, std::string> pruned;  ///< registered scans that are no part of the model, with the reason
   std::vector<std::string> without_neutral;   ///< people whose expressions could not be used
   std::vector<int> level_vertices;
+  bool nothing_changed = false;  ///< with `resume`: an earlier build stands as it is, and no file was written
   std::vector<std::pair<std::string, double>> seconds;  ///< per stage, in order
 };
 
 /// A folder or manifest of scans to a model with its levels, exports and report, as `build-model` does it. A scan that
-/// cannot be used ends in OUT/problematic/ID.txt with the reason and the others go on. Throws InvalidInput when too few
-/// are left, IoError when the output cannot be written.
+/// cannot be used ends in OUT/problematic/ID.txt with the reason and the others go on. With `resume`, or where a stage
+/// or a part is asked for, finished work is verified and kept, wherever and by whomever it was done. Files are written
+/// all or nothing; what `progress` throws ends the build between two scans, and what is finished stays. Throws
+/// InvalidInput when too few scans are left, or a part is to be registered before the levels are decided; IoError when
+/// the output cannot be written.
 BuildPipelineSummary build_from_scans(const BuildPipelineOptions& options, const Progress& progress = {});
 
 }  // namespace facewright

@@ -55,7 +55,8 @@ std::string numbers(const MorphableModel& model, const ModelStageResult& stage, 
     add("vertices, level " + std::to_string(l), std::to_string(model.vertex_count(l)));
   double seconds = 0;
   for (const auto& [name, value] : summary.seconds) seconds += value;
-  add("took", seconds < 120 ? number(seconds, 0) + " s" : number(seconds / 60, 1) + " min");
+  add("took", "<span class=seconds>" + (seconds < 120 ? number(seconds, 0) + " s" : number(seconds / 60, 1) + " min") +
+                  "</span>");
   return html + "</dl>\n";
 }
 
@@ -173,7 +174,7 @@ std::string timing(const BuildPipelineSummary& summary) {
       "<h2 id=time>Where the time went</h2>\n<table><thead><tr><th scope=col>stage</th><th "
       "scope=col>seconds</th></tr></thead><tbody>";
   for (const auto& [name, value] : summary.seconds)
-    html += "<tr><td>" + html_text(name) + "</td><td>" + number(value, 1) + "</td></tr>";
+    html += "<tr><td>" + html_text(name) + "</td><td><span class=seconds>" + number(value, 1) + "</span></td></tr>";
   return html + "</tbody></table>\n";
 }
 

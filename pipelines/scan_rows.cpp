@@ -105,9 +105,9 @@ std::string registered_row(const MorphableModel& model, const ModelStageResult& 
   for (const char* kind : {"matched", "mirrored", "interpolated"})
     html += cell(100 * origins[kind].get<double>() / all, 1);
   const std::string text = notes(j, id, stage);
-  return html + cell(j["folded_edges"]["count"].get<double>(), 0) + cell(j.value("seconds", 0.0), 1) +
-         "<td class=text>landmarks " + landmark_source(id, tree) + (text.empty() ? "" : "\n" + html_text(text)) +
-         "</td></tr>\n";
+  return html + cell(j["folded_edges"]["count"].get<double>(), 0) + "<td><span class=seconds>" +
+         number(j.value("seconds", 0.0), 1) + "</span></td>" + "<td class=text>landmarks " + landmark_source(id, tree) +
+         (text.empty() ? "" : "\n" + html_text(text)) + "</td></tr>\n";
 }
 
 }  // namespace

@@ -110,7 +110,7 @@ void write_problem(const std::string& id, const ScanFiles& files, const std::str
   for (const auto& stale : {tree.scan_report(id), tree.registered(id), tree.scan_origins(id), tree.error_picture(id),
                             tree.colour_weights(id), tree.scan_picture(id)})
     fs::remove(stale, ignored);
-  write_file(tree.problem(id), "scan: " + files.mesh.string() + "\n" + reason + "\n");
+  write_file_if_changed(tree.problem(id), "scan: " + files.mesh.string() + "\n" + reason + "\n");
 }
 
 constexpr const char* kNoLandmarks =

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facewright: multi-resolution 3D morphable face models.
 // A folder of scans to a multi-resolution morphable model.
+#include <cstdio>
 #include <iostream>
 
 #include "libmodel/core/errors.h"
@@ -41,9 +42,49 @@ std::vector<int> levels_from(const std::vector<std::string>& words) {
   return levels;
 }
 
-void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
+BuildStage stage_from_name(const std::string& name) {
+  if (name == "landmarks") return BuildStage::landmarks;
+  if (name == "levels") return BuildStage::levels;
+  return name == "registration" ? BuildStage::registration : BuildStage::model;
+}
+
+BuildPart part_from(const std::string& text) {
+  BuildPart part;
+  const size_t slash = text.find('/');
+  if (slash != text.npos) part = {std::stoi(text.substr(0, slash)), std::stoi(text.substr(slash + 1))};
+  return part;
+}
+
+// For CLI11, as check_level.
+std::string check_part(const std::string& text) {
+  int number = 0, count = 0, length = 0;
+  const bool read = text.size() < 16 && std::sscanf(text.c_str(), "%d/%d%n", &number, &count, &length) == 2 &&
+                    length == static_cast<int>(text.size());
+  return read && number >= 1 && number <= count ? "" : "expected i/n with 1 <= i <= n, got " + text;
+}
+
+// What a run that stops before the model has done.
+void print_stage(const CommonOptions& common, const BuildPipelineSummary& s, BuildStage until) {
+  const LandmarkStageSummary& marks = s.landmarks;
+  if (until == BuildStage::landmarks)
+    report(common, "build-model: landmarks: of " + std::to_string(marks.given) + " scans given, of " +
+                       std::to_string(marks.found) + " found, of " + std::to_string(marks.completed) +
+                       " completed, of " + std::to_string(marks.by_hand) + " by hand, of " +
+                       std::to_string(marks.failed.size()) + " none");
+  if (until == BuildStage::levels) report(common, "build-model: the levels are decided");
+  if (until == BuildStage::registration)
+    report(common, "build-model: " + std::to_string(s.registered) + " of " + std::to_string(s.scans.size()) +
+                       " scans registered");
+}
+
+void print_failures(const BuildPipelineSummary& s) {
   for (const ScanOutcome& o : s.scans)
     if (!o.registered) std::cerr << "build-model: " << o.id << " left out: " << o.reason << "\n";
+  if (s.scans.empty())
+    for (const auto& [id, reason] : s.landmarks.failed) std::cerr << "build-model: " << id << ": " << reason << "\n";
+}
+
+void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
   std::string levels;
   for (const int v : s.level_vertices) levels += (levels.empty() ? "" : ", ") + std::to_string(v);
   report(common, "build-model: " + std::to_string(s.registered) + " of " + std::to_string(s.scans.size()) +
@@ -65,6 +106,7 @@ void print_summary(const CommonOptions& common, const BuildPipelineSummary& s) {
     std::cerr << "build-model: too few scans could be registered to decide the levels by; the reference's own shape "
                  "decided\n";
   for (const auto& [stage, seconds] : s.seconds) detail(common, "  " + stage + ": " + format_duration(seconds));
+  if (s.nothing_changed) report(common, "build-model: nothing has changed since the last run; no file was written");
   report(common, "build-model: the model is " + (common.output / "model.h5").string() + "; open " +
                      (common.output / "report" / "index.html").string());
 }
@@ -82,6 +124,7 @@ int main(int argc, char** argv) {
   std::string denoise = "auto", gpa = "rigid", gains = "none", criterion = "deviation", reference, reference_landmarks,
               landmark_names;
   std::vector<std::string> levels = {"surrey"};
+  std::string until = "model", part;
   bool no_mirror = false, no_landmarking = false, asymmetric = false, own_shape = false;
   app.add_option(
          "scans", options.scans,
@@ -134,7 +177,17 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingFile);
   app.add_option("--reference-landmarks", reference_landmarks, "its landmarks, if it is a mesh")
       ->check(CLI::ExistingFile);
+  app.add_option("--until", until,
+                 "Stop after this stage; landmarks and registration can be done in parts side by side, the others once")
+      ->check(CLI::IsMember({"landmarks", "levels", "registration", "model"}))
+      ->configurable(false);
+  app.add_option("--part", part, "Only every n-th scan, as in 2/8; with --until landmarks or registration")
+      ->check(check_part)
+      ->configurable(false)
+      ->type_name("i/n");
   return run_program(argc, argv, app, common, [&] {
+    options.until = stage_from_name(until);
+    options.part = part_from(part);
     options.output = common.output;
     options.jobs = common.jobs;
     options.seed = common.seed;
@@ -156,7 +209,12 @@ int main(int argc, char** argv) {
     options.reference_landmarks = reference_landmarks;
     ProgressBar bar(common);
     const BuildPipelineSummary summary = build_from_scans(options, bar.progress());
-    print_summary(common, summary);
-    return summary.failed > 0 ? ExitCode::some_failed : ExitCode::ok;
+    print_failures(summary);
+    if (options.until == BuildStage::model)
+      print_summary(common, summary);
+    else
+      print_stage(common, summary, options.until);
+    return summary.failed > 0 || (summary.scans.empty() && !summary.landmarks.failed.empty()) ? ExitCode::some_failed
+                                                                                              : ExitCode::ok;
   });
 }

@@ -2,13 +2,16 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "tools/cli.h"
 
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <sstream>
 
 #include "libmodel/core/errors.h"
 
@@ -46,6 +49,7 @@ void add_common_options(CLI::App& app, CommonOptions& common, CommonFlags flags,
   }
   if (has(flags, CommonFlags::resume))
     app.add_flag("--resume", common.resume, "Keep the finished work of an earlier run")->configurable(false);
+  common.resumable = has(flags, CommonFlags::resume);
   auto* quiet = app.add_flag("-q,--quiet", common.quiet, "Print errors only")->configurable(false);
   app.add_flag("-v,--verbose", common.verbose, "Print details")->configurable(false)->excludes(quiet);
 }
@@ -69,17 +73,37 @@ void save_effective_options(const CLI::App& app, const CommonOptions& common) {
   if (common.output.empty()) return;
   const fs::path path = fs::is_directory(common.output) ? common.output / (app.get_name() + ".toml")
                                                         : fs::path(common.output.string() + ".toml");
+  std::ostringstream text;
+  text << "# " << app.get_name() << " " << FACEWRIGHT_VERSION << ": repeat with " << app.get_name() << " --config "
+       << path.filename().string() << "\n";
+  for (const CLI::Option* option : app.get_options())
+    if (option->get_configurable()) text << config_line(*option);
+  std::ostringstream earlier;
+  if (std::ifstream file(path); file) earlier << file.rdbuf();
+  if (earlier.str() == text.str()) return;
   const fs::path temporary = path.string() + ".tmp";
-  {
-    std::ofstream file(temporary);
-    file << "# " << app.get_name() << " " << FACEWRIGHT_VERSION << ": repeat with " << app.get_name() << " --config "
-         << path.filename().string() << "\n";
-    for (const CLI::Option* option : app.get_options())
-      if (option->get_configurable()) file << config_line(*option);
-    if (!file.flush()) throw IoError(temporary.string(), "cannot write the effective options here");
-  }
+  if (std::ofstream file(temporary); !(file << text.str()).flush())
+    throw IoError(temporary.string(), "cannot write the effective options here");
   fs::rename(temporary, path);
 }
+
+// The signal that asked the program to stop, or 0.
+volatile std::sig_atomic_t stop_signal = 0;
+
+void remember_signal(int signal) { stop_signal = signal; }
+
+// The first SIGINT or SIGTERM is remembered, a second one ends the program at once.
+void catch_stop_signals() {
+  struct sigaction action {};
+  action.sa_handler = remember_signal;
+  action.sa_flags = SA_RESETHAND;
+  for (const int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
+}
+
+/// Thrown from a progress report once a signal has come.
+struct Stopped {
+  int signal;
+};
 
 int fail(const CLI::App& app, const std::string& message) {
   std::cout.flush();
@@ -101,12 +125,18 @@ int run_program(int argc, const char* const* argv, CLI::App& app, CommonOptions&
   } catch (const CLI::ParseError& e) {
     return usage_exit(app, e);
   }
+  if (common.resumable) catch_stop_signals();
   try {
     const int code = body();
     if (code == ExitCode::ok || code == ExitCode::some_failed) save_effective_options(app, common);
     return code;
   } catch (const CLI::ParseError& e) {  // a body may refuse a combination of options: throw CLI::ValidationError
     return usage_exit(app, e);
+  } catch (const Stopped& stopped) {
+    std::cout.flush();
+    std::cerr << app.get_name() << ": stopped by " << (stopped.signal == SIGINT ? "SIGINT" : "SIGTERM")
+              << "; what is finished is kept, go on with the same command and --resume" << std::endl;
+    return 128 + stopped.signal;
   } catch (const std::bad_alloc&) {
     return fail(app, "out of memory; try fewer threads (-j) or a smaller input");
   } catch (const std::exception& e) {  // InvalidInput, IoError, SolverError: the message says it all
@@ -171,6 +201,7 @@ void ProgressBar::note(const std::string& line) {
 }
 
 void ProgressBar::update(const ProgressEvent& event) {
+  if (stop_signal != 0) throw Stopped{stop_signal};
   const std::scoped_lock lock(mutex_);
   if (style_ == Style::silent) return;
   const auto now = Clock::now();

@@ -51,6 +51,7 @@ namespace facewright {
 struct ExitCode {
   static constexpr int ok = 0, failed = 1, wrong_usage = 2;
   static constexpr int some_failed = 3;  ///< finished, but some inputs failed; each is listed with its reason
+  // Programs with --resume that a signal stops between two items: 128 + its number, as shells count.
 };
 
 /// Which of the shared options a program has; --config, -q, -v, --help and --version are in every program.
@@ -72,8 +73,9 @@ struct CommonOptions {
   std::string front = "auto";       ///< --front: axis towards the nose
   std::string handedness = "auto";  ///< --handedness: auto, right or left
   bool resume = false;              ///< --resume: keep finished work of an earlier run
-  bool quiet = false;               ///< -q: errors only
-  bool verbose = false;             ///< -v: one line per step, details
+  bool resumable = false;  ///< the program has --resume: SIGINT and SIGTERM end it between two items, nothing is lost
+  bool quiet = false;      ///< -q: errors only
+  bool verbose = false;    ///< -v: one line per step, details
 };
 
 /// Adds the shared options; `example` is a whole command line shown by --help. Call it before adding options of your

@@ -3,14 +3,17 @@
 #include "libmodel/io/atomic_file.h"
 
 #include <fcntl.h>
+#include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <charconv>
 #include <cstring>
 #include <system_error>
 #include <utility>
+#include <vector>
 
 #include "libmodel/core/errors.h"
 
@@ -47,6 +50,22 @@ fs::path temporary_beside(const fs::path& path) {
   return path.parent_path() / name;
 }
 
+// The process that wrote this temporary file; 0 for any other file.
+long writer_of(const std::string& name) {
+  // .NAME.PROCESS.NUMBER.tmp
+  if (name.size() < 2 || name.front() != '.' || !name.ends_with(".tmp")) return 0;
+  const std::string rest = name.substr(0, name.size() - 4);
+  const size_t number = rest.rfind('.');
+  const size_t process = number == rest.npos || number == 0 ? rest.npos : rest.rfind('.', number - 1);
+  if (process == rest.npos || process == 0) return 0;
+  long id = 0, count = 0;
+  const auto read = [&rest](size_t first, size_t last, long* value) {
+    const auto [end, error] = std::from_chars(rest.data() + first, rest.data() + last, *value);
+    return error == std::errc() && end == rest.data() + last;
+  };
+  return read(process + 1, number, &id) && read(number + 1, rest.size(), &count) && id > 0 ? id : 0;
+}
+
 void write_all(int fd, std::string_view bytes, const fs::path& path) {
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
@@ -77,8 +96,8 @@ std::string read_file(const fs::path& path) {
   for (;;) {
     char more[4096];  // of pipes, and files that grow meanwhile; without moving what is there already
     const bool full = done == bytes.size();
-    const ssize_t n = full ? ::read(file.get(), more, sizeof more)
-                           : ::read(file.get(), bytes.data() + done, bytes.size() - done);
+    const ssize_t n =
+        full ? ::read(file.get(), more, sizeof more) : ::read(file.get(), bytes.data() + done, bytes.size() - done);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) fail(path, "cannot read");
     if (n == 0) break;
@@ -103,6 +122,27 @@ void write_file(const fs::path& path, std::string_view bytes) {
     fs::remove(temporary, error);
     throw;
   }
+}
+
+bool write_file_if_changed(const fs::path& path, std::string_view bytes) {
+  std::error_code error;
+  if (fs::is_regular_file(path, error) && fs::file_size(path, error) == bytes.size() && read_file(path) == bytes)
+    return false;
+  write_file(path, bytes);
+  return true;
+}
+
+int remove_abandoned_temporaries(const fs::path& folder) {
+  std::error_code error;
+  std::vector<fs::path> abandoned;
+  for (fs::recursive_directory_iterator at(folder, fs::directory_options::skip_permission_denied, error), end;
+       !error && at != end; at.increment(error)) {
+    const long writer = writer_of(at->path().filename().string());
+    if (writer > 0 && at->is_regular_file(error) && ::kill(static_cast<pid_t>(writer), 0) != 0 && errno == ESRCH)
+      abandoned.push_back(at->path());
+  }
+  for (const fs::path& file : abandoned) fs::remove(file, error);
+  return static_cast<int>(abandoned.size());
 }
 
 }  // namespace facewright

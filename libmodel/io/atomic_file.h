@@ -15,4 +15,11 @@ std::string read_file(const std::filesystem::path& path);
 /// A reader never sees half a file, and an interrupted run leaves the old one. Throws IoError.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
+/// The same, but a file that holds these bytes already is not touched. Returns whether it was written.
+bool write_file_if_changed(const std::filesystem::path& path, std::string_view bytes);
+
+/// Removes, in a folder and those below it, the temporary files of write_file that a dead process has left. Those of
+/// processes that run on this machine stay. Returns how many went.
+int remove_abandoned_temporaries(const std::filesystem::path& folder);
+
 }  // namespace facewright

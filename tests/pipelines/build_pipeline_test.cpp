@@ -5,7 +5,9 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
@@ -118,6 +120,71 @@ TEST_F(BuildPipeline, ResumeKeepsWhatIsUnchangedAndForgetsWhatIsGone) {
   EXPECT_TRUE(fs::exists(o.output / "scans" / "notes.md"));
   o.registration.use_mirror = false;  // a changed option makes all of it anew
   for (const ScanOutcome& outcome : build_from_scans(o).scans) EXPECT_FALSE(outcome.kept) << outcome.id;
+}
+
+// Every file of a folder with the time it was written at.
+std::map<std::string, fs::file_time_type> stamps(const fs::path& folder) {
+  std::map<std::string, fs::file_time_type> times;
+  for (const auto& entry : fs::recursive_directory_iterator(folder))
+    if (entry.is_regular_file()) times[entry.path().string()] = entry.last_write_time();
+  return times;
+}
+
+TEST_F(BuildPipeline, ASecondRunWritesNothingUnlessAFileWasHarmed) {
+  BuildPipelineOptions o = build_options("still");
+  build_from_scans(o);
+  const auto before = stamps(o.output);
+  o.resume = true;
+  const BuildPipelineSummary s = build_from_scans(o);
+  EXPECT_TRUE(s.nothing_changed);
+  EXPECT_EQ(stamps(o.output), before);
+  EXPECT_EQ(s.shape_modes, summary_->shape_modes);
+  EXPECT_EQ(s.level_vertices, summary_->level_vertices);
+  std::ofstream(OutputTree{o.output}.model(), std::ios::app) << "x";
+  EXPECT_FALSE(build_from_scans(o).nothing_changed);
+  EXPECT_EQ(read_file(OutputTree{o.output}.model()), read_file(tree().model()));
+  o.seed = 2;  // of the report's pictures
+  EXPECT_FALSE(build_from_scans(o).nothing_changed);
+}
+
+TEST_F(BuildPipeline, PartsSideBySideMakeTheSameModel) {
+  BuildPipelineOptions o = build_options("parts");
+  o.part = {1, 2};
+  o.until = BuildStage::registration;
+  EXPECT_THROW(build_from_scans(o), InvalidInput);  // the levels are not decided
+  o.part = {};
+  o.until = BuildStage::levels;
+  build_from_scans(o);
+  EXPECT_FALSE(fs::exists(OutputTree{o.output}.registered("p0")));
+  o.until = BuildStage::registration;
+  int scans = 0;
+  for (const int part : {2, 1}) {
+    o.part = {part, 2};
+    scans += static_cast<int>(build_from_scans(o).scans.size());
+  }
+  EXPECT_EQ(scans, static_cast<int>(summary_->scans.size()));
+  EXPECT_FALSE(fs::exists(OutputTree{o.output}.model()));
+  o.until = BuildStage::model;
+  EXPECT_THROW(build_from_scans(o), InvalidInput);  // not in parts
+  o.part = {};
+  o.resume = true;
+  for (const ScanOutcome& outcome : build_from_scans(o).scans) EXPECT_EQ(outcome.kept, outcome.registered);
+  EXPECT_EQ(read_file(OutputTree{o.output}.model()), read_file(tree().model()));
+}
+
+TEST_F(BuildPipeline, WhatProgressThrowsEndsTheBuildAndLosesNothing) {
+  BuildPipelineOptions o = build_options("stopped", 1);
+  int registered = 0;
+  const Progress stop = [&](const ProgressEvent& event) {
+    if (event.stage == "registering" && event.done > 0 && ++registered == 3) throw std::runtime_error("enough");
+  };
+  EXPECT_THROW(build_from_scans(o, stop), std::runtime_error);
+  EXPECT_FALSE(fs::exists(OutputTree{o.output}.model()));
+  o.resume = true;
+  int kept = 0;
+  for (const ScanOutcome& outcome : build_from_scans(o).scans) kept += outcome.kept;
+  EXPECT_GT(kept, 0);
+  EXPECT_EQ(read_file(OutputTree{o.output}.model()), read_file(tree().model()));
 }
 
 TEST_F(BuildPipeline, NeverWritesOverTheScansThemselves) {
