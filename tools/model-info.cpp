@@ -106,11 +106,20 @@ std::vector<int> counts_in(const std::string& file) {
   return counts.empty() ? level_counts(load_model(file)) : counts;
 }
 
+void print_blendshapes(const MorphableModel& model) {
+  if (model.blendshapes().empty()) return;
+  std::cout << "blendshapes:";
+  for (const Blendshape& b : model.blendshapes())
+    std::cout << (&b == &model.blendshapes().front() ? " " : ", ") << b.name;
+  std::cout << "\n";
+}
+
 void print_tables(const MorphableModel& model) {
   print_levels(model);
   print_modes("shape", model.shape());
   print_modes("colour", model.colour());
   if (model.expression()) print_modes("expression", *model.expression());
+  print_blendshapes(model);
   print_companions(model);
   print_provenance(model);
 }
