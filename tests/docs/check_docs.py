@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # Facewright: multi-resolution 3D morphable face models.
-"""What the pages say of files, programs and options is so: links, anchors and pictures lead somewhere; commands in code
-blocks name programs that exist and options that these have, with values they take; every option named in the text is
-some program's; Python blocks parse, C++ blocks are parts of programs that the tests build.
+"""What the pages say of files, programs and options is so: links, anchors and pictures lead somewhere, and every page and
+picture of docs/ is led to; commands in code blocks name programs that exist and options that these have, with values they
+take; every option named in the text is some program's; Python blocks parse, C++ blocks are parts of programs that the
+tests build.
 
 usage: check_docs.py SOURCE_DIR BIN_DIR
 """
@@ -21,6 +22,17 @@ FLAG = re.compile(r"(?<![\w/-])--[a-z][a-z0-9_-]*")
 # Options of programs that are not ours.
 FOREIGN = set("""--preset --build --install --prefix --target --test-dir --output-on-failure --gtest_filter --repeat --call-graph
 --benchmark_filter --benchmark_repetitions --extra-arg --headless --list --user --recursive --force --depth""".split())
+
+
+def problems_of_orphans(root):
+    """Pages and pictures of docs/ that no page leads to."""
+    linked = set()
+    for path in markdown_files(root):
+        for _, target in links(split(read(os.path.join(root, path)))[1]):
+            linked.add(os.path.normpath(os.path.join(os.path.dirname(path), target.partition("#")[0])))
+    for file in sorted(glob.glob(f"{root}/docs/**/*.md", recursive=True) + glob.glob(f"{root}/docs/images/*")):
+        if os.path.relpath(file, root) not in linked:
+            yield f"{os.path.relpath(file, root)}: no page leads here"
 
 
 def known_flags(root, programs):
@@ -133,6 +145,7 @@ def problems_of_block(root, path, block, programs):
 
 
 def problems(root, programs):
+    yield from problems_of_orphans(root)
     flags = known_flags(root, programs)
     for path in markdown_files(root):
         blocks, prose = split(read(os.path.join(root, path)))

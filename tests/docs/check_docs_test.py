@@ -53,11 +53,11 @@ class HelpText(unittest.TestCase):
 
 
 class CheckDocs(unittest.TestCase):
-    def found(self, text):
+    def found(self, text, name="page.md"):
         with tempfile.TemporaryDirectory() as root:
             os.makedirs(os.path.join(root, "docs"))
             for name, content in {"CMakePresets.json": '{"configurePresets": [{"name": "release"}]}',
-                                  "other.md": "# Here and `there`\n", "page.md": text,
+                                  "other.md": "# Here and `there`\n", name: text,
                                   "tools/CMakeLists.txt": ""}.items():
                 os.makedirs(os.path.dirname(os.path.join(root, name)), exist_ok=True)
                 with open(os.path.join(root, name), "w", encoding="utf-8") as file:
@@ -83,6 +83,9 @@ x = 1
     def test_names_a_dead_link_a_missing_heading_and_a_picture(self):
         messages = self.found("[a](gone.md)\n[b](other.md#elsewhere)\n![c](gone.png)\n")
         self.assertEqual(["page.md:1:", "page.md:2:", "page.md:3:"], [m.split(" ")[0] for m in messages])
+
+    def test_names_a_page_that_nothing_leads_to(self):
+        self.assertEqual(["docs/lonely.md: no page leads here"], self.found("# Lonely\n", "docs/lonely.md"))
 
     def test_names_an_option_that_no_program_has(self):
         self.assertEqual(["page.md:2: no program has an option --cuont"], self.found("\nGive `--cuont 3`.\n"))
