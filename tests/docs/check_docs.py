@@ -20,8 +20,8 @@ from markdown import anchors, links, markdown_files, read, split
 
 FLAG = re.compile(r"(?<![\w/-])--[a-z][a-z0-9_-]*")
 # Options of programs that are not ours.
-FOREIGN = set("""--preset --build --install --prefix --target --test-dir --output-on-failure --gtest_filter --repeat --call-graph
---benchmark_filter --benchmark_repetitions --extra-arg --headless --list --user --recursive --force --depth""".split())
+FOREIGN = set("""--preset --build --install --prefix --target --test-dir --output-on-failure --gtest_filter --repeat
+--call-graph --benchmark_filter --benchmark_repetitions --extra-arg --headless --list --user --recursive --force --depth""".split())
 
 
 def problems_of_orphans(root):
@@ -35,14 +35,20 @@ def problems_of_orphans(root):
             yield f"{os.path.relpath(file, root)}: no page leads here"
 
 
+def scripts(root):
+    """Programs of ours that are not built, or not installed: scripts, benchmarks, the maker of the built-in face."""
+    for folder in ("pipelines", "docs", "tests", "tools"):
+        for path in glob.glob(f"{root}/{folder}/**/*", recursive=True):
+            named_like_a_program = "." not in os.path.basename(path) or "make-default-reference" in path
+            if os.path.isfile(path) and (named_like_a_program or "/benchmarks/" in path):
+                yield path
+
+
 def known_flags(root, programs):
     """Options of our programs, and of the scripts beside them."""
     flags = {name for program in programs for option in program.options for name in option.names}
-    folders = ("pipelines", "docs", "tests", "tools/help")
-    scripts = [p for folder in folders for p in glob.glob(f"{root}/{folder}/*") if "." not in os.path.basename(p)]
-    for path in [*scripts, *glob.glob(f"{root}/tests/benchmarks/*"), f"{root}/tools/make-default-reference.cpp"]:
-        if os.path.isfile(path):
-            flags |= set(re.findall(r"--[a-z][a-z0-9-]*", read(path)))
+    for path in scripts(root):
+        flags |= set(re.findall(r"--[a-z][a-z0-9-]*", read(path)))
     return flags | FOREIGN
 
 
