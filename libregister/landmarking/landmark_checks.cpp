@@ -73,6 +73,7 @@ std::string landmark_doubt(const FindLandmarksSummary& s) {
   const bool pictures = s.method == "pictures";
   if (pictures && !s.face_seen) add("the detector sees no face in the front view");
   if (s.pose_score < 0.5) add(with_number("the surface is little like a face (%.2f)", s.pose_score));
+  if (!pictures && s.likeness < 0.6) add(with_number("the relief is little like a face's (%.2f)", s.likeness));
   if (s.leave_one_out_rms > (pictures ? 5 : 8))
     add(with_number("the landmarks foretell each other only to %.1f mm", s.leave_one_out_rms));
   if (s.asymmetry > 6) add(with_number("left and right differ by %.1f mm", s.asymmetry));

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "libmodel/core/parallel.h"
+
 namespace facewright {
 namespace {
 
@@ -18,16 +20,17 @@ FaceView shape_view(const Mesh& mesh, const OrthographicCamera& camera, int size
 
 std::vector<Landmarks> relief_landmarks(const Mesh& scan, const BentReference& reference,
                                         const Similarity& scan_from_head, const std::vector<ViewAngle>& angles,
-                                        const FaceViewOptions& view, const PatchMatchOptions& options) {
+                                        const FaceViewOptions& view, const PatchMatchOptions& options,
+                                        const ReliefOptions& shape) {
   constexpr double kLeast = 0.4;  // correlation: less is no likeness
-  std::vector<Landmarks> found;
+  std::vector<Landmarks> found(angles.size());
   const double mm_per_pixel = view.field / view.size, mm_per_depth = 1 / scan_from_head.s;
-  for (const ViewAngle& angle : angles) {
-    const OrthographicCamera camera = view_camera(scan_from_head, angle, view);
+  parallel_for(static_cast<int>(angles.size()), view.threads, [&](int i) {
+    const OrthographicCamera camera = view_camera(scan_from_head, angles[static_cast<size_t>(i)], view);
     const FaceView seen = shape_view(scan, camera, view.size), pattern = shape_view(reference.mesh, camera, view.size);
-    const Relief scan_relief = relief(seen.raster, mm_per_pixel, mm_per_depth);
-    const Relief pattern_relief = relief(pattern.raster, mm_per_pixel, mm_per_depth);
-    Landmarks side;
+    const Relief scan_relief = relief(seen.raster, mm_per_pixel, mm_per_depth, shape);
+    const Relief pattern_relief = relief(pattern.raster, mm_per_pixel, mm_per_depth, shape);
+    Landmarks& side = found[static_cast<size_t>(i)];
     for (const auto& [name, mark] : reference.marks) {
       const Eigen::Vector2d pixel = camera.affine().project(mark.position);
       const auto shown = back_project(pattern, reference.mesh, pixel, {1, 6});
@@ -37,8 +40,7 @@ std::vector<Landmarks> relief_landmarks(const Mesh& scan, const BentReference& r
       if (const auto place = back_project(seen, scan, pixel + match->offset, {1, 6}))
         side[name] = {*place, 1 + 6 * (1 - match->correlation)};
     }
-    found.push_back(std::move(side));
-  }
+  });
   return found;
 }
 

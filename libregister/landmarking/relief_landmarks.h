@@ -23,6 +23,7 @@ struct BentReference {
 /// correlations fall. Needs no colours and no dlib. Some 50 ms a side.
 std::vector<Landmarks> relief_landmarks(const Mesh& scan, const BentReference& reference,
                                         const Similarity& scan_from_head, const std::vector<ViewAngle>& angles,
-                                        const FaceViewOptions& view, const PatchMatchOptions& options);
+                                        const FaceViewOptions& view, const PatchMatchOptions& options,
+                                        const ReliefOptions& shape = {});
 
 }  // namespace facewright

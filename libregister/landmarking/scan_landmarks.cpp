@@ -7,11 +7,13 @@
 #include <numbers>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/core/parallel.h"
 #include "libmodel/geometry/normals.h"
 #include "libregister/landmarking/coarse_pose.h"
 #include "libregister/landmarking/image_landmarks.h"
 #include "libregister/landmarking/landmark_checks.h"
 #include "libregister/landmarking/relief_landmarks.h"
+#include "libregister/landmarking/relief_pose.h"
 #include "libregister/landmarking/template_reading.h"
 #include "libregister/landmarking/thin_mesh.h"
 #include "libregister/landmarking/view_landmarks.h"
@@ -113,13 +115,26 @@ void keep_near(const Similarity& known, const FacePattern& pattern, double least
     return Eigen::AngleAxisd(S.R.transpose() * known.R).angle() > kAngle ||
            (S * middle - known * middle).norm() > kDistance;
   });
-  if (poses->empty()) poses->push_back({known, least_score});
+  poses->push_back({known, least_score});
 }
 
-// A pose, and what the detector says of it.
+// What relief is compared in, and how far.
+struct ReliefRound {
+  PatchMatchOptions match;
+  ReliefOptions relief;
+};
+constexpr ReliefRound kFine{.match = {.reach = 6}, .relief = {}};
+// Parts of a face, then features: what is wide has fewer likenesses nearby.
+constexpr ReliefRound kRounds[] = {{{.patch = 16, .reach = 10}, {.fine = 3, .broad = 20, .highest = 15}},
+                                   {{.patch = 12, .reach = 10}, {.fine = 2, .broad = 10, .highest = 5}},
+                                   kFine,
+                                   {{.reach = 4}, {}}};
+
+// A pose, and what the detector says of it; without a detector how it looks in relief.
 struct Candidate {
   CoarsePose pose;
   FrontCheck front;
+  ReliefPose relief;
 };
 
 }  // namespace
@@ -132,16 +147,20 @@ struct ScanLandmarker::Search {
   const std::vector<ViewCalibration>& calibrations;
 
   Landmarks by_pictures(const Similarity& scan_from_head, Care care, FindLandmarksSummary* s) const {
-    std::vector<Landmarks> views;
-    for (const ViewCalibration& c : calibrations) {
-      const FaceView seen = look_at(surface.shown, surface.texture, scan_from_head, c.angle, view);
-      views.push_back(landmarks_in_view(*p.detector, seen, surface.shown, c, p.marks, scan_from_head, care));
-    }
+    std::vector<Landmarks> views(calibrations.size());
+    FaceViewOptions alone = view;
+    alone.threads = 1;
+    parallel_for(static_cast<int>(views.size()), view.threads, [&](int i) {
+      const ViewCalibration& c = calibrations[static_cast<size_t>(i)];
+      const FaceView seen = look_at(surface.shown, surface.texture, scan_from_head, c.angle, alone);
+      views[static_cast<size_t>(i)] =
+          landmarks_in_view(*p.detector, seen, surface.shown, c, p.marks, scan_from_head, care);
+    });
     s->views = static_cast<int>(views.size());
     return fuse_views(views, kFloor);
   }
 
-  Landmarks by_relief(const BentTemplate& bent, double reach, FindLandmarksSummary* s) const {
+  Landmarks by_relief(const BentTemplate& bent, const ReliefRound& round, FindLandmarksSummary* s) const {
     const Mesh base{bent.V.topRows(p.coarse.base_count()), p.coarse.levels[0].F, {}, {}, {}};
     BentReference reference{{bent.V, p.fine.F, {}, {}, {}}, locate(p.coarse.landmarks, base.V, base.F)};
     FaceViewOptions millimetres = view;
@@ -149,10 +168,8 @@ struct ScanLandmarker::Search {
     std::vector<ViewAngle> angles;
     for (const double yaw : {0.0, -25.0, 25.0, -50.0, 50.0}) angles.push_back({yaw * kRadians, 0});
     angles.push_back({0, -25 * kRadians});  // chin and jaw from below
-    PatchMatchOptions options;
-    options.reach = reach;
     const std::vector<Landmarks> views =
-        relief_landmarks(surface.mesh, reference, bent.scan_from_head, angles, millimetres, options);
+        relief_landmarks(surface.mesh, reference, bent.scan_from_head, angles, millimetres, round.match, round.relief);
     s->views = static_cast<int>(views.size());
     return fuse_views(views, kFloor);
   }
@@ -160,7 +177,7 @@ struct ScanLandmarker::Search {
   // What the pictures and the relief tell together, each by its deviations.
   Landmarks by_both(const Landmarks& pictures, FindLandmarksSummary* s) const {
     const int views = s->views;
-    const Landmarks relief = by_relief(bend_template(p.fine.V, p.coarse, pictures), 6, s);
+    const Landmarks relief = by_relief(bend_template(p.fine.V, p.coarse, pictures), kFine, s);
     s->views += views;
     Landmarks both = pictures;
     for (const auto& [name, other] : relief) {
@@ -175,11 +192,12 @@ struct ScanLandmarker::Search {
     return both;
   }
 
-  Landmarks by_relief(const Similarity& scan_from_head, FindLandmarksSummary* s) const {
-    BentTemplate bent{scan_from_head.apply(p.fine.V), scan_from_head};
+  // From the whole face to its parts.
+  Landmarks by_relief(const ReliefPose& whole, FindLandmarksSummary* s) const {
+    BentTemplate bent{whole.V, whole.scan_from_head};
     Landmarks found;
-    for (const double reach : {14.0, 9.0, 6.0}) {
-      found = by_relief(bent, reach, s);
+    for (const ReliefRound& round : kRounds) {
+      found = by_relief(bent, round, s);
       bent = bend_template(p.fine.V, p.coarse, found);
     }
     return found;
@@ -191,17 +209,20 @@ struct ScanLandmarker::Search {
     std::vector<Candidate> list;
     for (const CoarsePose& pose : poses) {
       if (pose.score < least_score) break;
-      Candidate c{straighten(pose, p.pattern, target), {}};
+      Candidate c{straighten(pose, p.pattern, target), {}, {}};
       if (p.detector) {
         const FaceView front = look_at(surface.shown, surface.texture, c.pose.scan_from_head, {}, view);
         c.front = check_front(*p.detector, front, calibrations[0]);
         c.front.seen &= c.front.offset < 0.35 && c.front.scale > 0.65 && c.front.scale < 1.5;
+      } else {
+        c.relief = lay_by_relief(surface.mesh, p.fine, c.pose.scan_from_head, view);
       }
       list.push_back(c);
       if (c.front.seen) break;
     }
-    std::stable_sort(list.begin(), list.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.front.seen && !b.front.seen; });
+    std::stable_sort(list.begin(), list.end(), [](const Candidate& a, const Candidate& b) {
+      return a.front.seen != b.front.seen ? a.front.seen : a.relief.likeness > b.relief.likeness;
+    });
     return list;
   }
 
@@ -234,7 +255,8 @@ struct ScanLandmarker::Search {
         result->detected = by_both(by_pictures(result->scan_from_head, Care::thorough, &s), &s);
         read("2", &clock, result);
       } else {
-        result->detected = by_relief(result->scan_from_head, &s);
+        s.likeness = candidate.relief.likeness;
+        result->detected = by_relief(candidate.relief, &s);
         read("1", &clock, result);
       }
       s.reason = landmark_failure(s);

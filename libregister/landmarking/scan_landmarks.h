@@ -42,6 +42,7 @@ struct FindLandmarksSummary {
   double pose_score = 0;   ///< 0..1, share of the face pattern that lies on the scan
   bool face_seen = false;  ///< the detector sees a face in the front view, where the geometry puts it
   double detector_score = 0;
+  double likeness = 0;               ///< -1..1, geometry: correlation of the whole face's relief
   int views = 0;                     ///< pictures landmarks were found in
   int detected = 0;                  ///< landmarks found on the scan, before the template's are read off
   std::vector<std::string> dropped;  ///< detected ones that the others contradict

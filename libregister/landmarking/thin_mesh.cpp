@@ -24,6 +24,7 @@ struct Cells {
 Cells cells_of(const Vertices& V, double cell) {
   const Eigen::RowVector3d low = V.colwise().minCoeff();
   std::unordered_map<std::uint64_t, int> known;
+  known.reserve(static_cast<size_t>(V.rows()) / 4);
   Cells cells;
   cells.of_vertex.reserve(static_cast<size_t>(V.rows()));
   for (Eigen::Index i = 0; i < V.rows(); ++i) {
@@ -83,6 +84,7 @@ Mesh thin_mesh(const Mesh& mesh, double cell) {
   std::sort(found.begin(), found.end(), [](const Entry& a, const Entry& b) { return a.order < b.order; });
   // Sheets that were drawn together may share edges: a triangle that runs an edge the way another does goes.
   std::unordered_set<std::uint64_t> taken;
+  taken.reserve(3 * found.size());
   std::erase_if(found, [&](const Entry& e) {
     std::array<std::uint64_t, 3> sides{};
     for (size_t k = 0; k < 3; ++k)
@@ -104,7 +106,10 @@ Mesh thin_mesh_to(const Mesh& mesh, Eigen::Index triangles) {
   double cell = std::sqrt(2 * area / static_cast<double>(triangles));
   if (!(cell > 0)) throw InvalidInput("thin_mesh: the mesh has no area");
   Mesh thin = thin_mesh(mesh, cell);
-  while (thin.F.rows() > triangles) thin = thin_mesh(mesh, cell *= 1.15);
+  while (thin.F.rows() > triangles) {
+    cell *= 1.02 * std::sqrt(static_cast<double>(thin.F.rows()) / static_cast<double>(triangles));
+    thin = thin_mesh(mesh, cell);
+  }
   return thin;
 }
 

@@ -109,7 +109,7 @@ FrontCheck check_front(FaceDetector& detector, const FaceView& front, const View
   return check;
 }
 
-Landmarks landmarks_in_view(FaceDetector& detector, const FaceView& view, const Mesh& mesh,
+Landmarks landmarks_in_view(const FaceDetector& detector, const FaceView& view, const Mesh& mesh,
                             const ViewCalibration& calibration, const Landmarks& marks,
                             const Similarity& scan_from_head, Care care) {
   Landmarks seen = put_on_surface(predict(detector, view.image, calibration.box, care), view, mesh);

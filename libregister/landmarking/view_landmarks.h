@@ -45,7 +45,7 @@ enum class Care {
 
 /// The landmarks seen in one view, put on the surface, each moved by what the reference's own landmark differs from
 /// what was found on the reference: the reference's convention.
-Landmarks landmarks_in_view(FaceDetector& detector, const FaceView& view, const Mesh& mesh,
+Landmarks landmarks_in_view(const FaceDetector& detector, const FaceView& view, const Mesh& mesh,
                             const ViewCalibration& calibration, const Landmarks& marks,
                             const Similarity& scan_from_head, Care care);
 

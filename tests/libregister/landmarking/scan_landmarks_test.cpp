@@ -15,6 +15,7 @@
 #include "libregister/landmarking/landmark_checks.h"
 #include "libregister/landmarking/mirror_plane.h"
 #include "libregister/landmarking/pose_sweep.h"
+#include "libregister/landmarking/relief_pose.h"
 #include "libregister/landmarking/thin_mesh.h"
 #include "libregister/reference/reference_face.h"
 #include "tests/support/shapes.h"
@@ -133,6 +134,49 @@ TEST(ScanLandmarker, ByGeometryFindsTheReferencesOwnLandmarksInAnyOrientation) {
     EXPECT_GT(found.landmarks.at(name).stddev, 0) << name;
   }
   EXPECT_LT(std::sqrt(squares / n), 1.5);  // relief is compared in pixels of a millimetre
+}
+
+TEST(ReliefPose, FindsAFaceThatLiesAFeatureHigher) {
+  const Mesh face = reference().level_mesh(2);
+  const Landmarks marks = reference_marks();
+  FaceViewOptions view;
+  view.centre = (marks.at("28").position + marks.at("58").position) / 2;
+  Random random(5);
+  const Similarity planted = random_motion(random);
+  Similarity low = planted;
+  low.t += planted.R * Eigen::Vector3d(3, -22, 0);  // its nose on the lips
+  const Mesh scan = moved(face, planted);
+  const ReliefPose found = lay_by_relief(scan, face, low, view);
+  EXPECT_GT(found.likeness, 0.95);
+  EXPECT_EQ(found.height, 1);
+  EXPECT_LT((found.V - scan.V).rowwise().norm().mean(), 2);  // pixels of 2 mm
+}
+
+TEST(ReliefPose, WithoutASurfaceNothingIsAlike) {
+  FaceViewOptions view;
+  Similarity elsewhere;
+  elsewhere.t = {5000, 0, 0};
+  EXPECT_EQ(lay_by_relief(reference().level_mesh(2), reference().level_mesh(2), elsewhere, view).likeness, -1);
+}
+
+TEST(ScanLandmarker, OfTwoHeadsTheKnownPoseChooses) {
+  ScanLandmarker landmarker(reference(), LandmarkMethod::geometry);
+  const Mesh one = reference().level_mesh(3);
+  const auto n = static_cast<int>(one.V.rows());
+  const Eigen::RowVector3d apart(320, 40, 0);
+  Mesh two;
+  two.V.resize(2 * n, 3), two.F.resize(2 * one.F.rows(), 3);
+  two.V << one.V, one.V.rowwise() + apart;
+  two.F << one.F, (one.F.array() + n).matrix();
+  for (const double k : {0.0, 1.0}) {
+    FindLandmarksOptions options;
+    options.scan_from_head =
+        Similarity{1, Eigen::Matrix3d::Identity(), k * apart.transpose() + Eigen::Vector3d(8, 5, -5)};
+    const FindLandmarksResult found = landmarker.find(two, {}, options);
+    ASSERT_TRUE(found.summary.found) << found.summary.reason;
+    const Eigen::Vector3d nose = reference_marks().at("31").position + k * apart.transpose();
+    EXPECT_LT((found.landmarks.at("31").position - nose).norm(), 4) << k;
+  }
 }
 
 TEST(ScanLandmarker, ABallHoldsNoFaceAndTheReasonIsTold) {
