@@ -17,6 +17,9 @@ LandmarkServer* serving = nullptr;
 
 // Until Ctrl+C.
 int edit(const LandmarkScansOptions& options, int port, const CommonOptions& common) {
+  if (!options.output.extension().empty())
+    throw InvalidInput("landmark-scan: --edit writes ID.json into a folder; " + options.output.string() +
+                       " is the name of a file. Give -o its folder");
   LandmarkServer server(list_scans(options.inputs),
                         {.output = options.output, .port = port, .saved = [&](const std::string& line) {
                            report(common, "landmark-scan: " + line);

@@ -201,12 +201,30 @@ std::string nothing_found(const SurfaceSample& sample, double diagonal, const Re
            "outer eye corners " +
            number(best[0].candidate.eye_distance) + " units apart, so that one unit would be some " +
            number(best[0].candidate.mm_per_unit / best[0].candidate.face_scale) +
-           " mm. Scale the scan to millimetres, or give its units";
+           " mm. Scale the scan to millimetres, or give its --units";
   const std::string nearest = fits.empty() ? "" : "; nearest to one: " + listed(fits, 0);
   return "no whole face was found in the mesh of " + number(diagonal) + " units across" + nearest +
-         ". Check that the scan shows a face from brows to chin, cut away what is none, or give units, up and front, "
-         "or "
-         "landmarks";
+         ". Check that the scan shows a face from brows to chin, cut away what is none, or give --units, --up and "
+         "--front, or landmarks";
+}
+
+// What the geometry tells against the up and front that were given; nothing if it does not, or none were given.
+std::string contradiction(const SurfaceSample& sample, const std::vector<double>& units, const std::vector<Fit>& given,
+                          const Reference& reference, const FrameOptions& o) {
+  if (o.up == FileAxis::automatic && o.front == FileAxis::automatic) return {};
+  FrameOptions free = o;
+  free.up = free.front = FileAxis::automatic;
+  std::vector<Fit> all;
+  for (const double mm : given.empty() ? units : std::vector<double>{given[0].candidate.mm_per_unit})
+    for (Fit& fit : fits_in_unit(sample, mm, reference, free)) all.push_back(std::move(fit));
+  const std::vector<Fit> fits = distinct(std::move(all), reference.eye_distance);
+  if (fits.empty() || fits[0].candidate.cost > o.highest_cost) return {};
+  const FrameCandidate& better = fits[0].candidate;
+  if (!given.empty() && (better.cost > given[0].candidate.cost - o.least_margin ||
+                         same_reading(better, given[0].candidate, reference.eye_distance)))
+    return {};
+  return "--up and --front leave out what the geometry tells: " + better.words() + " (cost " + number(better.cost) +
+         (given.empty() ? "" : " against " + number(given[0].candidate.cost)) + "); check them";
 }
 
 void decide_sides(const SurfaceSides& sides, const FrameOptions& o, FrameDetection* d) {
@@ -228,13 +246,13 @@ void decide_sides(const SurfaceSides& sides, const FrameOptions& o, FrameDetecti
           "the triangles show inward, which has two causes that the geometry cannot tell apart: the triangles are "
           "turned "
           "over, or the axes are left-handed and the face is its mirror image (a scar or parting is then on the wrong "
-          "side). Look at the scan: if it shows the person as they are, set the handedness to right, if mirrored to "
-          "left";
+          "side). Look at the scan: if it shows the person as they are, give --handedness right, if mirrored "
+          "--handedness left";
     }
   } else if (sides.unmirrored >= 0 && sides.unmirrored <= 1 - kSureTexture) {
     s.warnings.push_back(
         "the texture lies mirrored on the face: its coordinates run downwards, or the scan is a mirror image with its "
-        "triangles turned over (then set the handedness to left)");
+        "triangles turned over (then give --handedness left)");
   }
   // Negating an axis turns the triangles over by itself.
   d->flip_triangles = shows_inward != d->mirrored;
@@ -296,14 +314,18 @@ FrameDetection detect_frame(const Mesh& mesh, const MultiresTemplate& t, const F
   for (const Fit& fit : fits) s.candidates.push_back(fit.candidate);
   if (fits.empty() || fits[0].candidate.cost > options.highest_cost || fits[0].candidate.cover < kLeastCover) {
     s.problem = nothing_found(sample, diagonal, reference, fits, options);
+    const std::string told = contradiction(sample, units, fits, reference, options);
+    if (!told.empty()) s.problem += ". " + told;
     return d;
   }
   const Fit& best = fits.front();
   if (fits.size() > 1 && fits[1].candidate.cost - best.candidate.cost < options.least_margin) {
     s.problem = "ambiguous: " + listed(fits, options.highest_cost) +
-                ". Give units, up and front, or landmarks; if the scan shows two faces, cut it";
+                ". Give --units, --up and --front, or landmarks; if the scan shows two faces, cut it";
     return d;
   }
+  const std::string told = contradiction(sample, units, fits, reference, options);
+  if (!told.empty()) s.warnings.push_back(told);
   d.mm_per_unit = best.candidate.mm_per_unit;
   decide_sides(surface_sides(mesh, sample, best.alignment), options, &d);
   const Eigen::Matrix3d Q = nearest_axis_rotation(best.candidate.scan_from_head.R);

@@ -42,6 +42,16 @@ TEST(LandmarkScans, FoundOnesAreFoundAgainAndThoseByHandAreKept) {
   EXPECT_THAT(read_file(folder / "marks/landmarks.csv"), HasSubstr("by hand"));
 }
 
+TEST(LandmarkScans, ASingleScanComesWithTheLandmarksBesideItAsAFolderDoes) {
+  const TemporaryDirectory folder;
+  write_people(folder / "scans", 4, 1, 3);
+  const std::vector<ScanFiles> one = list_scans({folder / "scans/p0.ply"}), all = list_scans({folder / "scans"});
+  ASSERT_EQ(one.size(), 1u);
+  ASSERT_EQ(all.size(), 1u);
+  EXPECT_EQ(one[0].landmarks, folder / "scans/p0.json");
+  EXPECT_EQ(one[0].landmarks, all[0].landmarks);
+}
+
 TEST(LandmarkScans, TheFolderOfTheScansIsNoPlaceForPictures) {
   const TemporaryDirectory folder;
   write_people(folder / "scans", 4, 1, 3);

@@ -123,9 +123,25 @@ TEST(DetectFrame, OverridesNarrowTheSearch) {
   wrong.up = FileAxis::minus_y;
   const FrameDetection d = detect(t.mesh, wrong);
   EXPECT_TRUE(!d.summary.decided || d.summary.candidates.front().up == FileAxis::minus_y);
+  EXPECT_THAT(d.summary.problem + ::testing::PrintToString(d.summary.warnings),
+              ::testing::AllOf(::testing::HasSubstr("--up"), ::testing::HasSubstr("y up, facing z")));
   FrameOptions right;
   right.up = FileAxis::plus_y, right.front = FileAxis::plus_z, right.mm_per_unit = 1;
-  EXPECT_TRUE(detect(t.mesh, right).summary.decided);
+  const FrameDetection told = detect(t.mesh, right);
+  EXPECT_TRUE(told.summary.decided);
+  EXPECT_THAT(told.summary.warnings, ::testing::Not(::testing::Contains(::testing::HasSubstr("--up"))));
+}
+
+TEST(DetectFrame, AWrongUpIsObeyedAndWarnedOf) {
+  const Transformed t = transformed(Eigen::Matrix3d::Identity());
+  FrameOptions wrong;
+  wrong.up = FileAxis::minus_y;
+  wrong.highest_cost = 20, wrong.least_margin = 0.001;  // else no face is seen upside down, which is an error
+  const FrameDetection d = detect(t.mesh, wrong);
+  ASSERT_TRUE(d.summary.decided) << d.summary.problem;
+  EXPECT_EQ(d.summary.candidates.front().up, FileAxis::minus_y);
+  EXPECT_THAT(d.summary.warnings, ::testing::Contains(::testing::AllOf(::testing::HasSubstr("--up"),
+                                                                       ::testing::HasSubstr("y up, facing z"))));
 }
 
 TEST(DetectFrame, TheSameForAnyNumberOfThreads) {
