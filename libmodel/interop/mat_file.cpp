@@ -11,33 +11,13 @@
 #include <limits>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/interop/mat_elements.h"
 #include "libmodel/model/hdf5_archive.h"
 
 namespace facewright {
 namespace {
 
-constexpr std::uint32_t kMatrix = 14, kCompressed = 15;  // elements of a level 5 file
-constexpr std::uint64_t kBestRatio = 1032;               // of deflate: nothing in a file unpacks to more
-
-// A level 5 file is a header of 128 bytes and elements, matrices or compressed ones, each with its length: the last
-// must end with the file, since matio takes what is cut off for whatever lies in memory. Other files, other byte orders
-// and other elements are for matio to judge.
-void check_elements(const std::filesystem::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  char head[128] = {};
-  if (!in.read(head, sizeof head) || std::strncmp(head, "MATLAB 5.0", 10) != 0) return;
-  if (head[126] != 'I' || head[127] != 'M') return;
-  const std::uint64_t size = std::filesystem::file_size(path);
-  std::uint64_t at = sizeof head;
-  while (at < size) {
-    std::uint32_t tag[2] = {};  // type, bytes
-    in.seekg(static_cast<std::streamoff>(at));
-    if (!in.read(reinterpret_cast<char*>(tag), sizeof tag)) break;
-    if (tag[0] != kMatrix && tag[0] != kCompressed) return;
-    at += sizeof tag + tag[1];
-  }
-  if (at != size) throw IoError(path.string(), "is cut short or damaged: its last variable does not end with the file");
-}
+constexpr std::uint64_t kBestRatio = 1032;  // of deflate: nothing in a file unpacks to more
 
 // Version 7.3 is HDF5 behind a header of 512 bytes. matio would hand a damaged one to the attribute reader of HDF5,
 // which reads past its buffers (1.10); numbers need no attributes.
@@ -118,7 +98,7 @@ MatFile::MatFile(const std::filesystem::path& path) : impl_(std::make_unique<Imp
     impl_->names = impl_->hdf5->children("/");
     return;
   }
-  check_elements(path);
+  check_mat_elements(path);
   impl_->file.reset(Mat_Open(impl_->path.c_str(), MAT_ACC_RDONLY));
   if (!impl_->file) throw IoError(impl_->path, "is no MATLAB file, or is cut short");
   size_t count = 0;

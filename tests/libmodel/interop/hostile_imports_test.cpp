@@ -79,6 +79,24 @@ TEST_F(HostileImports, OneFormatsFileReadAsAnotherIsRefused) {
     }
 }
 
+TEST_F(HostileImports, CompressedMatlabFilesMustHaveTheirChecksums) {
+  const std::string bytes = good().at("v5z");
+  Random random(11);
+  int refused = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    std::string bad = bytes;
+    char& byte = bad[static_cast<size_t>(200 + random.index(static_cast<int>(bad.size()) - 400))];
+    byte = static_cast<char>(byte ^ (1 << random.index(8)));
+    write_file(folder / "bit.mat", bad);
+    try {
+      import_model(folder / "bit.mat", {.format = "bfm2009"});
+    } catch (const IoError&) {
+      ++refused;
+    }
+  }
+  EXPECT_EQ(refused, 40);
+}
+
 TEST_F(HostileImports, MatlabFilesMustEndWithTheirLastVariable) {
   const auto files = good();
   for (const char* format : {"v5", "v5z"})
