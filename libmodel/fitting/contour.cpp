@@ -146,6 +146,18 @@ class PosedMesh {
   std::vector<char> tile_wanted_;
 };
 
+/// The same as occluding_vertices where every vertex has one fan of triangles, without the edges: whoever has
+/// triangles to and from the camera has an edge between them.
+std::vector<char> turning_vertices(const PosedMesh& mesh, const Faces& F, Eigen::Index vertices) {
+  std::vector<char> sides(static_cast<size_t>(vertices), 0);  // 1: to the camera, 2: from it
+  for (int f = 0; f < static_cast<int>(F.rows()); ++f) {
+    const char side = mesh.is_front(f) ? 1 : 2;
+    for (int k = 0; k < 3; ++k) sides[static_cast<size_t>(F(f, k))] |= side;
+  }
+  for (char& s : sides) s = s == 3;
+  return sides;
+}
+
 /// Flags of the vertices on occluding edges.
 std::vector<char> occluding_vertices(const PosedMesh& mesh, const std::vector<Edge>& E, Eigen::Index vertices) {
   std::vector<char> marked(static_cast<size_t>(vertices), 0);
@@ -196,9 +208,9 @@ std::vector<OutlinePoint> visible_outline(const Vertices& V, const Faces& F, con
   return visible_points(mesh, marked, camera);
 }
 
-std::vector<OutlinePoint> jaw_outline(const Vertices& V, const Faces& F, const std::vector<Edge>& E,
-                                      const FaceContours& contours, const AffineCamera& camera,
-                                      const ContourOptions& options, const OutlineSearch& search) {
+std::vector<OutlinePoint> jaw_outline(const Vertices& V, const Faces& F, const FaceContours& contours,
+                                      const AffineCamera& camera, const ContourOptions& options,
+                                      const OutlineSearch& search) {
   PosedMesh mesh(V, F, camera, options);
   std::vector<char> on_contours(static_cast<size_t>(V.rows()), 0);
   for (const auto* side : {&contours.right, &contours.left})
@@ -206,7 +218,7 @@ std::vector<OutlinePoint> jaw_outline(const Vertices& V, const Faces& F, const s
       if (v < 0 || v >= V.rows()) throw InvalidInput("contour: a contour names a vertex that does not exist");
       on_contours[static_cast<size_t>(v)] = 1;
     }
-  std::vector<char> marked = occluding_vertices(mesh, E, V.rows()), looked_at = on_contours;
+  std::vector<char> marked = turning_vertices(mesh, F, V.rows()), looked_at = on_contours;
   for (size_t v = 0; v < marked.size(); ++v) {
     if (!marked[v]) continue;
     marked[v] = (!options.only_contours || on_contours[v]) && in_reach(mesh.pixel(static_cast<int>(v)), search);

@@ -40,10 +40,11 @@ struct OutlineSearch {
 };
 
 /// The outline that jaw landmarks are marked on: the visible occluding vertices and those vertices of the model's
-/// contours (`contours`, lines of vertices between ear and chin) that are visible.
-std::vector<OutlinePoint> jaw_outline(const Vertices& V, const Faces& F, const std::vector<Edge>& E,
-                                      const FaceContours& contours, const AffineCamera& camera,
-                                      const ContourOptions& options = {}, const OutlineSearch& search = {});
+/// contours (`contours`, lines of vertices between ear and chin) that are visible. Occluding here: a vertex with
+/// triangles to and from the camera, which takes no edge topology. O(N + M).
+std::vector<OutlinePoint> jaw_outline(const Vertices& V, const Faces& F, const FaceContours& contours,
+                                      const AffineCamera& camera, const ContourOptions& options = {},
+                                      const OutlineSearch& search = {});
 
 /// For each of the pixels (K x 2) the index of its outline point, or -1: nearest pairs first, one to one, none farther
 /// than `largest_px`. Ties go to the lower indices. O(K n log(K n)).

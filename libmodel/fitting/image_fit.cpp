@@ -53,7 +53,6 @@ FitContext::FitContext(const MorphableModel& model_, const FitOptions& options_,
   expression_lower = Eigen::VectorXd::Constant(n, has_blendshapes ? e.lower : -infinity);
   expression_upper = Eigen::VectorXd::Constant(n, has_blendshapes ? e.upper : infinity);
   if (options.jaw != JawMode::contour) return;
-  edges = model.edge_topology(options.contour.level);
   contours = model.contours(options.contour.level);
 }
 
@@ -215,7 +214,7 @@ void ImageFit::match_contour() {
       context_.neutral(is_mean ? Eigen::VectorXd() : shape_, context_.model.vertex_count(options.level));
   const Vertices V = context_.rows.with_expression(neutral, expression_);
   const OutlineSearch search{pixels_(jaw_, Eigen::all), options.largest_distance * orthographic_.s};
-  const auto outline = jaw_outline(V, F, context_.edges, context_.contours, camera_, options, search);
+  const auto outline = jaw_outline(V, F, context_.contours, camera_, options, search);
   const std::vector<int> match = match_outline(search.landmarks, outline, search.reach_px);
   for (size_t j = 0; j < jaw_.size(); ++j) {
     contour_normals_[j].setZero();

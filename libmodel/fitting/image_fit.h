@@ -20,7 +20,6 @@ struct FitContext {
   bool has_modes = false, has_blendshapes = false;  ///< of expression, in this fit
   ModelRows rows;
   Eigen::VectorXd expression_ridge, expression_lower, expression_upper;  ///< weight of the prior, bounds
-  std::vector<Edge> edges;                                               ///< for JawMode::contour, else empty
   FaceContours contours;
 
   /// Neutral leading vertices with this shape, kept until another is asked for: the images of a round share it. Not for

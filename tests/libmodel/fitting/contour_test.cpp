@@ -78,27 +78,43 @@ TEST(VisibleOutline, ScalesAndShiftsWithTheImage) {
 TEST(JawOutline, AddsTheModelsContoursWhereTheyAreSeenEachVertexOnce) {
   const MorphableModel model = toy_model();
   const Mesh face = model.mean();
-  const auto outline =
-      jaw_outline(face.V, face.F, edges(face.F), model.contours(), camera_at(0.1).affine(), ContourOptions{});
+  const auto outline = jaw_outline(face.V, face.F, model.contours(), camera_at(0.1).affine(), ContourOptions{});
   std::set<int> vertices;
   for (const OutlinePoint& p : outline) EXPECT_TRUE(vertices.insert(p.vertex).second);
   EXPECT_TRUE(vertices.count(model.landmarks().at("5").vertex));
   ContourOptions only;
   only.only_contours = true;
-  EXPECT_LE(jaw_outline(face.V, face.F, edges(face.F), model.contours(), camera_at(0.1).affine(), only).size(), 16U);
+  EXPECT_LE(jaw_outline(face.V, face.F, model.contours(), camera_at(0.1).affine(), only).size(), 16U);
+}
+
+TEST(JawOutline, WithoutTheModelsContoursIsTheVisibleOutline) {
+  const Mesh face = toy_model().mean();
+  size_t points = 0;
+  for (const double yaw : {-1.2, -0.5, 0.0, 0.3, 0.9}) {  // from the front the toy hides nothing of itself
+    const AffineCamera camera = camera_at(yaw).affine();
+    const auto by_edges = visible_outline(face.V, face.F, edges(face.F), camera);
+    const auto by_triangles = jaw_outline(face.V, face.F, {}, camera);
+    points += by_edges.size();
+    ASSERT_EQ(by_edges.size(), by_triangles.size());
+    for (size_t i = 0; i < by_edges.size(); ++i) {
+      EXPECT_EQ(by_edges[i].vertex, by_triangles[i].vertex);
+      EXPECT_EQ(by_edges[i].pixel, by_triangles[i].pixel);
+      EXPECT_EQ(by_edges[i].normal, by_triangles[i].normal);
+    }
+  }
+  EXPECT_GT(points, 20U);
 }
 
 TEST(JawOutline, LookingNearLandmarksOnlyMatchesThemAsLookingEverywhere) {
   const MorphableModel model = toy_model();
   const Mesh face = model.mean();
-  const std::vector<Edge> E = edges(face.F);
   const AffineCamera camera = camera_at(0.7).affine();
   OutlineSearch search{Pixels(9, 2), 30};
   for (int k = 0; k < 9; ++k)
     search.landmarks.row(k) =
         camera.project(face.V.row(model.landmarks().at(std::to_string(9 + k)).vertex)).transpose();
-  const auto all = jaw_outline(face.V, face.F, E, model.contours(), camera, {});
-  const auto near = jaw_outline(face.V, face.F, E, model.contours(), camera, {}, search);
+  const auto all = jaw_outline(face.V, face.F, model.contours(), camera, {});
+  const auto near = jaw_outline(face.V, face.F, model.contours(), camera, {}, search);
   EXPECT_LT(near.size(), all.size());
   const auto a = match_outline(search.landmarks, all, 30), b = match_outline(search.landmarks, near, 30);
   for (size_t k = 0; k < a.size(); ++k) {
