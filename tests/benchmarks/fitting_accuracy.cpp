@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -59,8 +60,25 @@ struct Study {
   double error(const Eigen::VectorXd& c, const Person& p) const { return error(model.instance(c).V, p); }
 };
 
-Study read_study(const fs::path& model, const fs::path& folder) {
-  Study s;
+/// A name that is not read anywhere would silently measure the defaults.
+const std::string& known_option(const std::string& name) {
+  static const std::vector<std::string> known = {"lambda",       "sigma_mm", "points_sigma_mm",   "scan_sigma_mm",
+                                                 "independent",  "slide",    "landmark_sigma_mm", "level",
+                                                 "smoothing_mm", "fading"};
+  if (std::find(known.begin(), known.end(), name) != known.end()) return name;
+  std::string names = "only, out";
+  for (const std::string& k : known) names += ", " + k;
+  throw InvalidInput("no option " + name + "; there are " + names);
+}
+
+double number(const std::string& name, const std::string& text) {
+  char* end = nullptr;
+  const double x = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != 0) throw InvalidInput(name + "=" + text + ": expected a number");
+  return x;
+}
+
+void read_study(const fs::path& model, const fs::path& folder, Study& s) {
   s.model = load_model(model);
   std::ifstream flags(folder / "counted.txt");
   int flag = 0;
@@ -82,7 +100,6 @@ Study read_study(const fs::path& model, const fs::path& folder) {
     p.model_from_person = fit_similarity(p.places(s.counted, Eigen::all), mean(s.counted, Eigen::all), Scaling::fixed);
     s.people.push_back(p);
   }
-  return s;
 }
 
 /// The image of one person: a camera, noise, and jaw landmarks as points or as what the outline shows of them.
@@ -346,7 +363,7 @@ void scale_table(const Study& s) {
 
 int main(int argc, char** argv) try {
   if (argc < 3) throw InvalidInput("usage: fitting_accuracy MODEL PEOPLE [name=value ...]");
-  Study study = read_study(argv[1], argv[2]);
+  Study study;
   std::string out, only;
   for (int i = 3; i < argc; ++i) {
     const std::string a = argv[i];
@@ -358,8 +375,11 @@ int main(int argc, char** argv) try {
     else if (name == "only")
       only = text;
     else
-      study.values[name] = std::stod(text);
+      study.values[known_option(name)] = number(name, text);
   }
+  if (!only.empty() && only != "images" && only != "scans" && only != "scale")
+    throw InvalidInput("only=" + only + ": expected images, scans or scale");
+  read_study(argv[1], argv[2], study);
   if (only.empty() || only == "images") image_table(study);
   if (only.empty() || only == "scans") scan_table(study, out.empty() ? nullptr : out.c_str());
   if (only.empty() || only == "scale") scale_table(study);
