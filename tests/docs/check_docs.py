@@ -21,7 +21,7 @@ from markdown import anchors, links, markdown_files, read, split
 FLAG = re.compile(r"(?<![\w/-])--[a-z][a-z0-9_-]*")
 # Options of programs that are not ours.
 FOREIGN = set("""--preset --build --install --prefix --target --test-dir --output-on-failure --gtest_filter --repeat
---call-graph --benchmark_filter --benchmark_repetitions --extra-arg --headless --list --user --recursive --force --depth""".split())
+--call-graph --benchmark_filter --benchmark_min_time --benchmark_repetitions --extra-arg --headless --list --user --recursive --force --depth""".split())
 
 
 def problems_of_orphans(root):
