@@ -225,7 +225,7 @@ std::vector<ScanFiles> part_of(const std::vector<ScanFiles>& files, const BuildP
   return mine;
 }
 
-void check_part(const BuildPipelineOptions& options, const OutputTree& tree) {
+void check_part(const BuildPipelineOptions& options) {
   const BuildPart& part = options.part;
   if (part.count == 0) return;
   if (part.count < 0 || part.number < 1 || part.number > part.count)
@@ -234,9 +234,6 @@ void check_part(const BuildPipelineOptions& options, const OutputTree& tree) {
   if (options.until == BuildStage::levels || options.until == BuildStage::model)
     throw InvalidInput(
         "build: landmarks and registration are done in parts, levels and the model from all scans at once");
-  if (options.until == BuildStage::registration && !fs::exists(tree.hierarchy()))
-    throw InvalidInput(
-        "build: the levels must be decided before scans are registered in parts; run until levels first");
 }
 
 void write_model_files(const MorphableModel& model, const OutputTree& tree, BuildPipelineSummary* summary,
@@ -284,14 +281,14 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& asked, const P
   BuildPipelineSummary summary;
   StageClock clock(&summary.seconds);
   const OutputTree tree{options.output};
-  check_part(options, tree);
+  check_part(options);
   std::vector<ScanFiles> files;
   const std::map<std::string, ManifestEntry> entries = entries_of(options, &files);
   check_output(files, tree);
   const ReferenceFace face = load_reference(options);
   fs::create_directories(tree.root);
   remove_strangers(files, tree);
-  remove_abandoned_temporaries(tree.root);
+  if (options.part.count == 0) remove_abandoned_temporaries(tree.root);  // other parts may run on other machines
   files = part_of(files, options.part);
   if (options.find_landmarks) summary.landmarks = landmark_stage(&files, face, options, tree, progress);
   clock.finish("landmarks");

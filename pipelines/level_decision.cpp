@@ -284,6 +284,10 @@ LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFil
   const std::string key = decision_key(face, options);
   if (options.resume)
     if (auto earlier = earlier_decision(face, key, options, tree)) return *earlier;
+  if (options.part.count > 0)
+    throw InvalidInput(
+        "build: the levels have not been decided with these options, and a part of the scans must not decide them; run "
+        "until levels first, with the same options");
   LevelDecision d;
   d.summary.criterion = options.criterion;
   const bool by_faces = options.criterion == LevelCriterion::deviation || options.mean_as_reference;

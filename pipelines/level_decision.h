@@ -34,8 +34,8 @@ struct LevelDecision {
 /// where these faces deviate most from the coarser surface, and their mean becomes the reference's shape; what their
 /// colours have in common guides the registration. Fewer than three usable scans, or a single level: the reference
 /// itself decides and keeps its shape. With `resume` an earlier decision for the same reference, levels, criterion and
-/// options of the registration stands, whatever scans have come or gone since. The result does not depend on the number
-/// of threads.
+/// options of the registration stands, whatever scans have come or gone since; for a part of the scans there must be
+/// one, else InvalidInput is thrown. The result does not depend on the number of threads.
 LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFiles>& files,
                             const BuildPipelineOptions& options, const OutputTree& tree, const Progress& progress = {});
 

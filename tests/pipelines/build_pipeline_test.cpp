@@ -157,6 +157,12 @@ TEST_F(BuildPipeline, PartsSideBySideMakeTheSameModel) {
   build_from_scans(o);
   EXPECT_FALSE(fs::exists(OutputTree{o.output}.registered("p0")));
   o.until = BuildStage::registration;
+  o.part = {1, 2};
+  BuildPipelineOptions other = o;
+  other.criterion = LevelCriterion::bend;  // decided otherwise than the parts would be registered
+  const std::string decided = read_file(OutputTree{o.output}.hierarchy());
+  EXPECT_THROW(build_from_scans(other), InvalidInput);
+  EXPECT_EQ(read_file(OutputTree{o.output}.hierarchy()), decided);
   int scans = 0;
   for (const int part : {2, 1}) {
     o.part = {part, 2};
