@@ -3,12 +3,12 @@
 #include "pipelines/build_report.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <vector>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/markup.h"
 #include "pipelines/evaluation.h"
 #include "pipelines/model_pictures.h"
 #include "pipelines/scan_rows.h"
@@ -25,12 +25,6 @@ constexpr int kSpecificityFaces = 200;  // random faces: a fifth of evaluate-mod
 constexpr int kMostFolds = 60;          // beyond so many scans, they are left out in so many groups
 constexpr int kEachMode = 10;           // the first modes are measured one by one, later ones farther apart
 
-std::string number(double value, int digits) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
-
 std::string figure(const Image& image, const std::string& alternative, const std::string& caption, int quality = 88) {
   return "<figure>" + html_image(image, alternative, quality) + "<figcaption>" + caption + "</figcaption></figure>\n";
 }
@@ -46,7 +40,7 @@ std::string numbers(const MorphableModel& model, const ModelStageResult& stage, 
   add("registered", std::to_string(summary.registered));
   add("left out", std::to_string(summary.failed));
   if (!stage.pruned.empty()) add("pruned as outliers", std::to_string(stage.pruned.size()));
-  add("from the scans, median", number(median_surface_distance(summary, tree), 3) + " mm");
+  add("from the scans, median", html_number(median_surface_distance(summary, tree), 3) + " mm");
   add("shape modes", std::to_string(model.shape().mode_count()));
   add("colour modes", std::to_string(model.colour().mode_count()));
   if (model.expression()) add("expression modes", std::to_string(model.expression()->mode_count()));
@@ -55,8 +49,8 @@ std::string numbers(const MorphableModel& model, const ModelStageResult& stage, 
     add("vertices, level " + std::to_string(l), std::to_string(model.vertex_count(l)));
   double seconds = 0;
   for (const auto& [name, value] : summary.seconds) seconds += value;
-  add("took", "<span class=seconds>" + (seconds < 120 ? number(seconds, 0) + " s" : number(seconds / 60, 1) + " min") +
-                  "</span>");
+  add("took", "<span class=seconds>" +
+                  (seconds < 120 ? html_number(seconds, 0) + " s" : html_number(seconds / 60, 1) + " min") + "</span>");
   return html + "</dl>\n";
 }
 
@@ -145,27 +139,27 @@ std::string counts(const Json& card, const char* key, const char* title, const c
   std::string html = std::string("<div><h3>") + title + "</h3><table><thead><tr><th scope=col>" + title +
                      "</th><th scope=col>" + unit + "</th></tr></thead><tbody>";
   for (const auto& [name, count] : card[key].items())
-    html += "<tr><td>" + html_text(name) + "</td><td>" + count.dump() + "</td></tr>";
+    html += "<tr><td>" + markup_text(name) + "</td><td>" + count.dump() + "</td></tr>";
   return html + "</tbody></table></div>\n";
 }
 
 std::string model_card(const std::string& text) {
   const Json card = Json::parse(text);
   std::string html = "<h2 id=card>Model card</h2>\n<p>" + card["people"].dump() + " people, " + card["scans"].dump() +
-                     " scans. Terms: " + html_text(card["terms"].get<std::string>()) + ".";
+                     " scans. Terms: " + markup_text(card["terms"].get<std::string>()) + ".";
   if (!card["manifest"].get<bool>()) html += " The scans came without a manifest: nothing is stated about the people.";
   html += "</p>\n<div class=card>" +
           (card["manifest"].get<bool>()
                ? counts(card, "groups", "group", "people") + counts(card, "ages", "age, years", "people") +
                      counts(card, "expressions", "expression", "scans")
                : "") +
-          "</div>\n<p>Units " + html_text(card["units"].get<std::string>()) + "; axes " +
-          html_text(card["axes"].get<std::string>()) + "; colours " +
-          html_text(card["colour_space"].get<std::string>()) + "; coefficients " +
-          html_text(card["coefficients"].get<std::string>()) + ".</p>\n";
+          "</div>\n<p>Units " + markup_text(card["units"].get<std::string>()) + "; axes " +
+          markup_text(card["axes"].get<std::string>()) + "; colours " +
+          markup_text(card["colour_space"].get<std::string>()) + "; coefficients " +
+          markup_text(card["coefficients"].get<std::string>()) + ".</p>\n";
   if (card.contains("filled_colours"))
     html += "<p>Colours filled in, because no camera saw them well: " +
-            number(100 * card["filled_colours"]["share"].get<double>(), 1) + " %.</p>\n";
+            html_number(100 * card["filled_colours"]["share"].get<double>(), 1) + " %.</p>\n";
   return html + "<p>The whole card is in <a href=\"../model_card.md\">model_card.md</a>.</p>\n";
 }
 
@@ -174,7 +168,8 @@ std::string timing(const BuildPipelineSummary& summary) {
       "<h2 id=time>Where the time went</h2>\n<table><thead><tr><th scope=col>stage</th><th "
       "scope=col>seconds</th></tr></thead><tbody>";
   for (const auto& [name, value] : summary.seconds)
-    html += "<tr><td>" + html_text(name) + "</td><td><span class=seconds>" + number(value, 1) + "</span></td></tr>";
+    html +=
+        "<tr><td>" + markup_text(name) + "</td><td><span class=seconds>" + html_number(value, 1) + "</span></td></tr>";
   return html + "</tbody></table>\n";
 }
 

@@ -3,7 +3,6 @@
 #include "pipelines/scan_rows.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "libmodel/core/similarity.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/image_files.h"
+#include "libmodel/io/markup.h"
 #include "libmodel/render/framing.h"
 #include "libmodel/render/render_mesh.h"
 #include "pipelines/landmark_record.h"
@@ -25,13 +25,7 @@ namespace fs = std::filesystem;
 
 constexpr int kPortrait = 220;  // pixels
 
-std::string number(double value, int digits = 2) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
-
-std::string cell(double value, int digits = 2) { return "<td>" + number(value, digits) + "</td>"; }
+std::string cell(double value, int digits = 2) { return "<td>" + html_number(value, digits) + "</td>"; }
 
 std::string heading(const char* text, const char* title) {
   return std::string("<th scope=col title=\"") + title + "\"><button type=button>" + text + "</button></th>";
@@ -68,9 +62,9 @@ const char* landmark_source(const std::string& id, const OutputTree& tree) {
 }
 
 std::string left_out_row(const std::string& id, const std::string& reason, const OutputTree& tree) {
-  return "<tr><th scope=row data-value=\"" + html_text(id) + "\">" + html_text(id) + "</th><td>" +
+  return "<tr><th scope=row data-value=\"" + markup_text(id) + "\">" + markup_text(id) + "</th><td>" +
          picture(tree.landmark_picture(id), "landmarks", "What was looked at for landmarks in " + id, true, 420) +
-         "</td><td colspan=11 class=\"text bad\">left out: " + html_text(reason) + "</td></tr>\n";
+         "</td><td colspan=11 class=\"text bad\">left out: " + markup_text(reason) + "</td></tr>\n";
 }
 
 std::string notes(const Json& j, const std::string& id, const ModelStageResult& stage) {
@@ -93,7 +87,7 @@ std::string registered_row(const MorphableModel& model, const ModelStageResult& 
   const double all = std::max(1.0, origins["matched"].get<double>() + origins["mirrored"].get<double>() +
                                        origins["interpolated"].get<double>() + origins["free"].get<double>());
   std::string html =
-      "<tr><th scope=row data-value=\"" + html_text(id) + "\">" + html_text(id) + "</th><td>" +
+      "<tr><th scope=row data-value=\"" + markup_text(id) + "\">" + markup_text(id) + "</th><td>" +
       picture(tree.scan_picture(id), "pictures", "The scan " + id + " and its landmarks", embed, 230) + "</td><td>" +
       picture(tree.error_picture(id), "scans", "Distance of the registered face to the scan " + id, embed, 360) +
       "</td><td>";
@@ -106,8 +100,8 @@ std::string registered_row(const MorphableModel& model, const ModelStageResult& 
     html += cell(100 * origins[kind].get<double>() / all, 1);
   const std::string text = notes(j, id, stage);
   return html + cell(j["folded_edges"]["count"].get<double>(), 0) + "<td><span class=seconds>" +
-         number(j.value("seconds", 0.0), 1) + "</span></td>" + "<td class=text>landmarks " + landmark_source(id, tree) +
-         (text.empty() ? "" : "\n" + html_text(text)) + "</td></tr>\n";
+         html_number(j.value("seconds", 0.0), 1) + "</span></td>" + "<td class=text>landmarks " +
+         landmark_source(id, tree) + (text.empty() ? "" : "\n" + markup_text(text)) + "</td></tr>\n";
 }
 
 }  // namespace

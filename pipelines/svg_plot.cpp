@@ -7,6 +7,8 @@
 #include <cstdio>
 #include <iterator>
 
+#include "libmodel/io/markup.h"
+
 namespace facewright {
 namespace {
 
@@ -14,27 +16,6 @@ namespace {
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"};
 constexpr int kLeft = 74, kRight = 20, kTop = 40, kBottom = 52, kLegendLine = 18;  // pixels
 constexpr size_t kMostMarkers = 30;
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) switch (c) {
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '&':
-        out += "&amp;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;  // control characters are no XML
-    }
-  return out;
-}
 
 std::string number(double value, int digits = 2) {
   char text[40];
@@ -100,7 +81,7 @@ class Chart {
 
   void text(double x, double y, const std::string& words, const char* anchor, const std::string& more = "") {
     out_ += "<text x=\"" + number(x) + "\" y=\"" + number(y) + "\" text-anchor=\"" + anchor + "\"" + more + ">" +
-            escaped(words) + "</text>\n";
+            markup_text(words) + "</text>\n";
   }
   void line(double x1, double y1, double x2, double y2, const std::string& stroke) {
     out_ += "<line x1=\"" + number(x1) + "\" y1=\"" + number(y1) + "\" x2=\"" + number(x2) + "\" y2=\"" + number(y2) +

@@ -9,6 +9,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/io/csv.h"
 #include "libmodel/io/landmark_formats.h"
+#include "libmodel/io/markup.h"
 #include "libmodel/io/text_builder.h"
 
 namespace facewright {
@@ -21,23 +22,6 @@ std::string row(const std::vector<double>& x, const char* between) {
   for (size_t i = 0; i < x.size(); ++i) {
     if (i > 0) out += between;
     append_number(out, x[i]);
-  }
-  return out;
-}
-
-std::string xml(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&')
-      out += "&amp;";
-    else if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '"')
-      out += "&quot;";
-    else
-      out += c;
   }
   return out;
 }
@@ -73,7 +57,7 @@ std::string to_picked_points(const RawLandmarks& landmarks) {
       append_number(out, mark.x[k]);
       out += '"';
     }
-    out += " active=\"1\" name=\"" + xml(mark.name) + "\"/>\n";
+    out += " active=\"1\" name=\"" + markup_text(mark.name) + "\"/>\n";
   }
   return out + "</PickedPoints>\n";
 }

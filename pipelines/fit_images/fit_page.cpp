@@ -3,9 +3,9 @@
 #include "pipelines/fit_images/fit_page.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <numbers>
 
+#include "libmodel/io/markup.h"
 #include "pipelines/viewer/page.h"
 #include "pipelines/viewer/viewer_data.h"
 
@@ -14,12 +14,6 @@ namespace {
 
 constexpr int kLargest = 1200;  // pixels of a picture on the page
 constexpr double kDegrees = 180 / std::numbers::pi;
-
-std::string number(double value, int digits = 2) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
-}
 
 Image small(Image image) {
   while (std::max(image.width, image.height) > kLargest) image = halved(image);
@@ -31,7 +25,7 @@ std::string pictures(const FitPage& page) {
   for (const auto& [caption, picture] : page.pictures)
     if (!picture.empty())
       html += "<figure>" + html_image(small(picture), caption, picture.channels == 4 ? 0 : 85) + "<figcaption>" +
-              html_text(caption) + "</figcaption></figure>\n";
+              markup_text(caption) + "</figcaption></figure>\n";
   return html + "</div>\n";
 }
 
@@ -44,12 +38,12 @@ std::string pose_table(const FitPage& page) {
       "scope=col>stopped</th></tr></thead><tbody>\n";
   for (size_t i = 0; i < page.fits.size(); ++i) {
     const FitNumbers& f = page.fits[i];
-    html += "<tr><th scope=row>" + html_text(page.names[i]) + "</th>";
+    html += "<tr><th scope=row>" + markup_text(page.names[i]) + "</th>";
     for (const double angle : {f.pose.yaw, f.pose.pitch, f.pose.roll})
-      html += "<td>" + number(kDegrees * angle, 1) + "°</td>";
-    html += "<td>" + number(f.pixels_per_mm) + "</td><td>" + number(f.rms_px) + "</td><td>" + number(f.rms_percent) +
-            "</td><td>" + std::to_string(f.iterations) + "</td><td class=text>" + html_text(to_string(f.stop)) +
-            "</td></tr>\n";
+      html += "<td>" + html_number(kDegrees * angle, 1) + "°</td>";
+    html += "<td>" + html_number(f.pixels_per_mm) + "</td><td>" + html_number(f.rms_px) + "</td><td>" +
+            html_number(f.rms_percent) + "</td><td>" + std::to_string(f.iterations) + "</td><td class=text>" +
+            markup_text(to_string(f.stop)) + "</td></tr>\n";
   }
   return html + "</tbody></table></div>\n";
 }
@@ -59,13 +53,13 @@ std::string coefficient_table(const FitNumbers& f) {
       "<details><summary>Coefficients</summary><table><thead><tr><th scope=col>mode</th><th scope=col>standard "
       "deviations</th><th scope=col>uncertainty</th></tr></thead><tbody>\n";
   for (Eigen::Index k = 0; k < f.shape_coefficients.size(); ++k)
-    html += "<tr><td>shape " + std::to_string(k + 1) + "</td><td>" + number(f.shape_coefficients[k]) + "</td><td>" +
-            (k < f.shape_stddevs.size() ? number(f.shape_stddevs[k]) : "") + "</td></tr>\n";
+    html += "<tr><td>shape " + std::to_string(k + 1) + "</td><td>" + html_number(f.shape_coefficients[k]) +
+            "</td><td>" + (k < f.shape_stddevs.size() ? html_number(f.shape_stddevs[k]) : "") + "</td></tr>\n";
   for (Eigen::Index k = 0; k < f.expression_coefficients.size(); ++k)
-    html += "<tr><td>expression " + std::to_string(k + 1) + "</td><td>" + number(f.expression_coefficients[k]) +
+    html += "<tr><td>expression " + std::to_string(k + 1) + "</td><td>" + html_number(f.expression_coefficients[k]) +
             "</td><td></td></tr>\n";
   for (const auto& [name, weight] : f.blendshape_weights)
-    html += "<tr><td>" + html_text(name) + "</td><td>" + number(weight) + "</td><td></td></tr>\n";
+    html += "<tr><td>" + markup_text(name) + "</td><td>" + html_number(weight) + "</td><td></td></tr>\n";
   return html + "</tbody></table></details>\n";
 }
 

@@ -3,8 +3,10 @@
 #include "pipelines/viewer/page.h"
 
 #include <cctype>
+#include <cstdio>
 
 #include "libmodel/io/image_files.h"
+#include "libmodel/io/markup.h"
 #include "pipelines/viewer/assets.h"
 #include "pipelines/viewer/base64.h"
 
@@ -28,23 +30,10 @@ std::string viewer_html() {
                         "there is no view to turn here.</p>\n";
 }
 
-std::string html_text(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '>')
-      out += "&gt;";
-    else if (c == '&')
-      out += "&amp;";
-    else if (c == '"')
-      out += "&quot;";
-    else if (c == '\'')
-      out += "&#39;";
-    else
-      out += c;
-  }
-  return out;
+std::string html_number(double value, int digits) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%.*f", digits, value);
+  return text;
 }
 
 std::string html_link(const std::string& name) {
@@ -63,7 +52,7 @@ std::string html_image(const Image& image, const std::string& alternative, int q
   const int shown = width > 0 ? width : image.width;
   return "<img loading=lazy decoding=async width=" + std::to_string(shown) +
          " height=" + std::to_string(image.height * shown / std::max(1, image.width)) + " alt=\"" +
-         html_text(alternative) + "\" src=\"" + data_address(image, quality) + "\">";
+         markup_text(alternative) + "\" src=\"" + data_address(image, quality) + "\">";
 }
 
 Image halved(const Image& image) {
@@ -71,13 +60,13 @@ Image halved(const Image& image) {
   for (int y = 0; y < half.height; ++y)
     for (int x = 0; x < half.width; ++x)
       for (int k = 0; k < image.channels; ++k) {
-        const int total = image.channels == 4 && k == 3 ? 1 : 0;
+        const bool alpha = image.channels == 4 && k == 3;
         double sum = 0;
         for (int j = 0; j < 4; ++j) {
           const std::uint8_t value = image.pixel(2 * x + j % 2, 2 * y + j / 2)[k];
-          sum += total ? value / 255.0 : linear_from_srgb8(value);
+          sum += alpha ? value / 255.0 : linear_from_srgb8(value);
         }
-        half.pixel(x, y)[k] = total ? static_cast<std::uint8_t>(255 * sum / 4 + 0.5) : srgb8_from_linear(sum / 4);
+        half.pixel(x, y)[k] = alpha ? static_cast<std::uint8_t>(255 * sum / 4 + 0.5) : srgb8_from_linear(sum / 4);
       }
   return half;
 }
@@ -89,8 +78,8 @@ std::string page_html(const Page& page) {
       "<meta name=viewport content=\"width=device-width, initial-scale=1\">\n"
       "<meta http-equiv=Content-Security-Policy content=\"default-src 'none'; img-src data: blob:; style-src "
       "'unsafe-inline'; script-src 'unsafe-inline'\">\n<title>" +
-      html_text(page.title) + "</title>\n<link rel=icon href=\"data:,\">\n<style>\n" + asset("style.css") +
-      "</style>\n</head>\n<body>\n<header><h1>" + html_text(page.title) + "</h1>" + page.navigation +
+      markup_text(page.title) + "</title>\n<link rel=icon href=\"data:,\">\n<style>\n" + asset("style.css") +
+      "</style>\n</head>\n<body>\n<header><h1>" + markup_text(page.title) + "</h1>" + page.navigation +
       "<button type=button id=theme hidden></button></header>\n<main>\n" + page.body + "</main>\n";
   if (viewer && !page.texture.empty())
     html += "<img id=face-texture hidden alt=\"\" src=\"" + data_address(page.texture, 0) + "\">\n";

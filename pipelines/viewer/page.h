@@ -24,8 +24,8 @@ std::string page_html(const Page& page);
 /// Where the body wants the viewer: its frame, or a sentence that says why there is none.
 std::string viewer_html();
 
-/// Text as HTML shows it, also within quotes.
-std::string html_text(const std::string& text);
+/// With so many digits behind the point.
+std::string html_number(double value, int digits = 2);
 /// A file's name as part of a link.
 std::string html_link(const std::string& name);
 

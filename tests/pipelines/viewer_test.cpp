@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/io/markup.h"
 #include "pipelines/model_pictures.h"
 #include "pipelines/viewer/page.h"
 #include "pipelines/viewer/viewer_data.h"
@@ -14,7 +15,7 @@ namespace facewright {
 namespace {
 
 TEST(Page, TextAndLinksAreEscaped) {
-  EXPECT_EQ(html_text("a<b>&\"c'"), "a&lt;b&gt;&amp;&quot;c&#39;");
+  EXPECT_EQ(markup_text("a<b>&\"c'"), "a&lt;b&gt;&amp;&quot;c&apos;");
   EXPECT_EQ(html_link("a b%<\xc3\xa9.png"), "a%20b%25%3C\xc3\xa9.png");
 }
 

@@ -99,9 +99,6 @@ export class Face {
   }
 
   set(family, k, value) { this.families[family].coefficients[k] = value; }
-  reset() {
-    for (const family of Object.values(this.families)) family.coefficients.fill(0);
-  }
 }
 
 // Normal numbers from uniform ones [box1958].
