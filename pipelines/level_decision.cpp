@@ -52,11 +52,15 @@ RegisterOptions coarse_registration(RegisterOptions options) {
   return options;
 }
 
-// `count` of n, evenly spread.
-std::vector<size_t> spread(size_t n, size_t count) {
-  std::vector<size_t> chosen;
-  for (size_t i = 0; i < std::min(n, count); ++i) chosen.push_back(i * n / std::min(n, count));
-  return chosen;
+// A draw that other files in the folder cannot change: by the hash of the id, those with landmarks.
+std::vector<ScanFiles> drawing_order(std::vector<ScanFiles> files) {
+  std::erase_if(files, [](const ScanFiles& f) { return !f.landmarks; });
+  std::vector<std::pair<std::string, size_t>> order;
+  for (size_t i = 0; i < files.size(); ++i) order.emplace_back(sha256(files[i].id), i);
+  std::sort(order.begin(), order.end());
+  std::vector<ScanFiles> drawn;
+  for (const auto& [hash, i] : order) drawn.push_back(files[i]);
+  return drawn;
 }
 
 struct CoarseFaces {
@@ -93,7 +97,6 @@ void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTempla
   });
   for (size_t s = 0; s < files.size(); ++s) {
     const bool usable = faces[s].rows() > 0;
-    if (usable && result->faces.size() == kFaces) continue;
     (usable ? result->ids : result->left_out).push_back(files[s].id);
     if (usable) {
       result->faces.push_back(std::move(faces[s]));
@@ -104,18 +107,17 @@ void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTempla
   }
 }
 
-// A second handful is tried if the first does not yield enough.
-CoarseFaces coarse_faces(std::vector<ScanFiles> files, const MultiresTemplate& reference,
+// The first of the draw that can be used: which files cannot does not change them.
+CoarseFaces coarse_faces(const std::vector<ScanFiles>& files, const MultiresTemplate& reference,
                          const BuildPipelineOptions& options, const Progress& progress) {
-  std::erase_if(files, [](const ScanFiles& f) { return !f.landmarks; });
+  const std::vector<ScanFiles> drawn = drawing_order(files);
   CoarseFaces result;
-  for (int round = 0; round < 2 && result.faces.size() < kFaces && !files.empty(); ++round) {
-    std::vector<ScanFiles> chosen;
-    const std::vector<size_t> indices = spread(files.size(), kFaces);
-    for (const size_t i : indices) chosen.push_back(files[i]);
-    for (auto i = indices.rbegin(); i != indices.rend(); ++i)
-      files.erase(files.begin() + static_cast<std::ptrdiff_t>(*i));
-    register_coarsely(chosen, reference, options, progress, &result);
+  for (size_t next = 0; next < drawn.size() && result.faces.size() < kFaces;) {
+    const size_t end = std::min(drawn.size(), next + kFaces - result.faces.size());
+    register_coarsely(
+        {drawn.begin() + static_cast<std::ptrdiff_t>(next), drawn.begin() + static_cast<std::ptrdiff_t>(end)},
+        reference, options, progress, &result);
+    next = end;
   }
   return result;
 }

@@ -29,13 +29,14 @@ struct LevelDecision {
   LevelDecisionSummary summary;
 };
 
-/// Decides the model's hierarchy once for all scans and leaves it in OUT/hierarchy.json. Six scans, spread over the
-/// folder, are registered coarsely on a uniform 4-8 mesh. With the deviation criterion those edges are split first
-/// where these faces deviate most from the coarser surface, and their mean becomes the reference's shape; what their
-/// colours have in common guides the registration. Fewer than three usable scans, or a single level: the reference
-/// itself decides and keeps its shape. With `resume` an earlier decision for the same reference, levels, criterion and
-/// options of the registration stands, whatever scans have come or gone since; for a part of the scans there must be
-/// one, else InvalidInput is thrown. The result does not depend on the number of threads.
+/// Decides the model's hierarchy once for all scans and leaves it in OUT/hierarchy.json. Six scans, drawn by a hash of
+/// their ids so that files that are no use do not change the draw, are registered coarsely on a uniform 4-8 mesh. With
+/// the deviation criterion those edges are split first where these faces deviate most from the coarser surface, and
+/// their mean becomes the reference's shape; what their colours have in common guides the registration. Fewer than
+/// three usable scans, or a single level: the reference itself decides and keeps its shape. With `resume` an earlier
+/// decision for the same reference, levels, criterion and options of the registration stands, whatever scans have come
+/// or gone since; for a part of the scans there must be one, else InvalidInput is thrown. The result does not depend on
+/// the number of threads.
 LevelDecision decide_levels(const ReferenceFace& face, const std::vector<ScanFiles>& files,
                             const BuildPipelineOptions& options, const OutputTree& tree, const Progress& progress = {});
 

@@ -19,6 +19,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
 
 // Three people scanned coarsely, and something that is no face.
 class LevelDecisionTest : public ::testing::Test {
@@ -48,7 +49,7 @@ TemporaryDirectory* LevelDecisionTest::folder_ = nullptr;
 
 TEST_F(LevelDecisionTest, MeasuresWhatCanBeRegisteredOnAnyNumberOfThreads) {
   const LevelDecision two = decide(small(), "two"), one = decide(small(1), "one");
-  EXPECT_THAT(two.summary.scans, ElementsAre("p0", "p1", "p2"));
+  EXPECT_THAT(two.summary.scans, UnorderedElementsAre("p0", "p1", "p2"));
   EXPECT_THAT(two.summary.left_out, ElementsAre("ball"));
   EXPECT_EQ(two.summary.criterion, LevelCriterion::deviation);
   EXPECT_TRUE(read_file(tree("one").hierarchy()) == read_file(tree("two").hierarchy()));
