@@ -3,9 +3,11 @@
 #include "pipelines/landmark_picture.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numbers>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/core/parallel.h"
 #include "libmodel/render/framing.h"
 #include "libmodel/render/head_pose.h"
 #include "libmodel/render/overlays.h"
@@ -71,17 +73,19 @@ OrthographicCamera camera_from(const Scan& scan, const FindLandmarksResult& resu
 
 }  // namespace
 
-Image landmark_picture(const Scan& scan, const FindLandmarksResult& result, const std::vector<std::string>& lines) {
+Image landmark_picture(const Scan& scan, const FindLandmarksResult& result, const std::vector<std::string>& lines,
+                       int threads) {
   RenderOptions options;
   options.width = options.height = kSize;
   options.threads = 1;
-  std::vector<Image> pictures;
-  for (const double yaw : {-0.7, 0.0, 0.7}) {
-    const OrthographicCamera camera = camera_from(scan, result, yaw);
-    pictures.push_back(render_mesh(scan.mesh, camera, options, scan.texture));
-    draw(pictures.back(), result.detected, camera, 1.6, kFound);
-    draw(pictures.back(), result.landmarks, camera, 2.6, kRead);
-  }
+  constexpr double kYaws[] = {-0.7, 0, 0.7};
+  std::vector<Image> pictures(std::size(kYaws));
+  parallel_for(static_cast<int>(pictures.size()), threads, [&](int i) {
+    const OrthographicCamera camera = camera_from(scan, result, kYaws[i]);
+    Image& picture = pictures[static_cast<size_t>(i)] = render_mesh(scan.mesh, camera, options, scan.texture);
+    draw(picture, result.detected, camera, 1.6, kFound);
+    draw(picture, result.landmarks, camera, 2.6, kRead);
+  });
   const Image sheet = contact_sheet(pictures, 3);
   return below(sheet, text_strip(sheet.width, wrapped(lines, sheet.width)));
 }

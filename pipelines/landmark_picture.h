@@ -13,7 +13,8 @@ namespace facewright {
 
 /// A scan from the front, the left and the right with its landmarks; of a scan without landmarks, what it looks like
 /// along its file's axes. `lines` are written below.
-Image landmark_picture(const Scan& scan, const FindLandmarksResult& result, const std::vector<std::string>& lines);
+Image landmark_picture(const Scan& scan, const FindLandmarksResult& result, const std::vector<std::string>& lines,
+                       int threads = 1);
 
 /// Only the text: there is no scan to show.
 Image message_picture(const std::vector<std::string>& lines);

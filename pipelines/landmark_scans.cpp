@@ -137,7 +137,7 @@ LandmarkedScan landmark_one(const ScanFiles& files, const LandmarkScansOptions& 
   Landmarks marks = as_in_file(scan, result.landmarks, options.deviations);
   if (is_numbered(to.landmarks)) std::erase_if(marks, [](const auto& mark) { return is_extra(mark.first); });
   write_found_landmarks(to.landmarks, marks);
-  write_png(to.picture, landmark_picture(scan, result, describe(outcome)));
+  write_png(to.picture, landmark_picture(scan, result, describe(outcome), threads));
   std::error_code ignored;
   fs::remove(to.problem, ignored);
   return outcome;

@@ -2,6 +2,9 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "tools/cli.h"
 
+#if __has_include(<malloc.h>)
+#include <malloc.h>  // glibc
+#endif
 #include <signal.h>
 #include <unistd.h>
 
@@ -11,6 +14,7 @@
 #include <cstdio>
 #include <fstream>
 #include <iostream>
+#include <limits>
 #include <sstream>
 
 #include "libmodel/core/errors.h"
@@ -118,6 +122,19 @@ int usage_exit(const CLI::App& app, const CLI::ParseError& e) {
 
 }  // namespace
 
+namespace {
+
+// glibc gives large arrays back to the system at once, and the system clears them again for the next: a fifth of the
+// time spent on a scan of two million triangles. The peak stays the same.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);  // the most it takes
+  mallopt(M_TRIM_THRESHOLD, std::numeric_limits<int>::max());
+#endif
+}
+
+}  // namespace
+
 int run_program(int argc, const char* const* argv, CLI::App& app, CommonOptions& common,
                 const std::function<int()>& body) {
   try {
@@ -125,6 +142,7 @@ int run_program(int argc, const char* const* argv, CLI::App& app, CommonOptions&
   } catch (const CLI::ParseError& e) {
     return usage_exit(app, e);
   }
+  keep_freed_memory();
   if (common.resumable) catch_stop_signals();
   try {
     const int code = body();

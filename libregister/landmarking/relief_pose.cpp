@@ -29,6 +29,12 @@ Similarity nodded(const Similarity& S, double angle, const Eigen::Vector3d& cent
   return turned;
 }
 
+FaceViewOptions in_pixels(FaceViewOptions view) {
+  view.size = static_cast<int>(std::lround(view.field / kPixel));
+  view.field = kPixel * view.size;
+  return view;
+}
+
 // How far the scan lies before the pattern, in the middle: the median over the pixels that show both.
 double gap(const Raster& scan, const Raster& pattern, const Eigen::Vector2d& middle, const Eigen::Vector2d& offset) {
   constexpr double kRadius = 60;  // mm
@@ -81,9 +87,7 @@ Scored lay_upright(const Mesh& scan, const Mesh& reference, const Similarity& S,
 
 ReliefPose lay_by_relief(const Mesh& scan, const Mesh& reference, const Similarity& scan_from_head,
                          const FaceViewOptions& view) {
-  FaceViewOptions coarse = view;
-  coarse.size = static_cast<int>(std::lround(view.field / kPixel));
-  coarse.field = kPixel * coarse.size;
+  const FaceViewOptions coarse = in_pixels(view);
   std::vector<Scored> nods(std::size(kNods));
   parallel_for(static_cast<int>(nods.size()), view.threads, [&](int i) {
     const Similarity S = nodded(scan_from_head, kNods[i] * std::numbers::pi / 180, view.centre);
@@ -93,6 +97,21 @@ ReliefPose lay_by_relief(const Mesh& scan, const Mesh& reference, const Similari
       *std::max_element(nods.begin(), nods.end(), [](const Scored& a, const Scored& b) { return a.score < b.score; });
   if (best.score > -2) return best.pose;
   return {scan_from_head, 1, -1, scan_from_head.apply(reference.V)};
+}
+
+double relief_likeness(const Mesh& scan, const Mesh& laid, const Similarity& scan_from_head,
+                       const FaceViewOptions& view) {
+  const FaceViewOptions coarse = in_pixels(view);
+  const OrthographicCamera camera = view_camera(scan_from_head, {}, coarse);
+  const RasterOptions size{coarse.size, coarse.size};
+  const auto relief_of = [&](const Mesh& mesh) {
+    return relief(rasterize(mesh.V, mesh.F, camera.affine(), size), kPixel, 1 / scan_from_head.s, kWide);
+  };
+  PatchMatchOptions here = kWhole;
+  here.reach = 1;  // not even a pixel
+  const Eigen::Vector2d middle = camera.affine().project(scan_from_head * view.centre);
+  const auto match = match_relief(relief_of(laid), relief_of(scan), middle, kPixel, here);
+  return match ? match->correlation : -1;
 }
 
 }  // namespace facewright

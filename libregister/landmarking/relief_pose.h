@@ -24,4 +24,9 @@ struct ReliefPose {
 ReliefPose lay_by_relief(const Mesh& scan, const Mesh& reference, const Similarity& scan_from_head,
                          const FaceViewOptions& view);
 
+/// How much the relief of the whole face looks like the scan's where it lies (N x 3 vertices in the scan's place,
+/// triangles of the reference): the correlation, -1..1; -1 if the scan is not seen there.
+double relief_likeness(const Mesh& scan, const Mesh& laid, const Similarity& scan_from_head,
+                       const FaceViewOptions& view);
+
 }  // namespace facewright

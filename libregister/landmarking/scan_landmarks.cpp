@@ -12,8 +12,7 @@
 #include "libregister/landmarking/coarse_pose.h"
 #include "libregister/landmarking/image_landmarks.h"
 #include "libregister/landmarking/landmark_checks.h"
-#include "libregister/landmarking/relief_landmarks.h"
-#include "libregister/landmarking/relief_pose.h"
+#include "libregister/landmarking/relief_bending.h"
 #include "libregister/landmarking/template_reading.h"
 #include "libregister/landmarking/thin_mesh.h"
 #include "libregister/landmarking/view_landmarks.h"
@@ -96,8 +95,6 @@ ScanLandmarker::ScanLandmarker(const MultiresTemplate& reference, LandmarkMethod
 
 namespace {
 
-constexpr double kRadians = std::numbers::pi / 180;
-
 // One scan on its way to its landmarks.
 struct Surface {
   const Mesh& mesh;            // thinned where it is too fine
@@ -118,23 +115,11 @@ void keep_near(const Similarity& known, const FacePattern& pattern, double least
   poses->push_back({known, least_score});
 }
 
-// What relief is compared in, and how far.
-struct ReliefRound {
-  PatchMatchOptions match;
-  ReliefOptions relief;
-};
-constexpr ReliefRound kFine{.match = {.reach = 6}, .relief = {}};
-// Parts of a face, then features: what is wide has fewer likenesses nearby.
-constexpr ReliefRound kRounds[] = {{{.patch = 16, .reach = 10}, {.fine = 3, .broad = 20, .highest = 15}},
-                                   {{.patch = 12, .reach = 10}, {.fine = 2, .broad = 10, .highest = 5}},
-                                   kFine,
-                                   {{.reach = 4}, {}}};
-
 // A pose, and what the detector says of it; without a detector how it looks in relief.
 struct Candidate {
   CoarsePose pose;
   FrontCheck front;
-  ReliefPose relief;
+  ReliefStart relief;
 };
 
 }  // namespace
@@ -145,6 +130,7 @@ struct ScanLandmarker::Search {
   const Surface& surface;
   FaceViewOptions view;
   const std::vector<ViewCalibration>& calibrations;
+  ReliefBending bending;
 
   Landmarks by_pictures(const Similarity& scan_from_head, Care care, FindLandmarksSummary* s) const {
     std::vector<Landmarks> views(calibrations.size());
@@ -160,24 +146,10 @@ struct ScanLandmarker::Search {
     return fuse_views(views, kFloor);
   }
 
-  Landmarks by_relief(const BentTemplate& bent, const ReliefRound& round, FindLandmarksSummary* s) const {
-    const Mesh base{bent.V.topRows(p.coarse.base_count()), p.coarse.levels[0].F, {}, {}, {}};
-    BentReference reference{{bent.V, p.fine.F, {}, {}, {}}, locate(p.coarse.landmarks, base.V, base.F)};
-    FaceViewOptions millimetres = view;
-    millimetres.size = static_cast<int>(view.field);
-    std::vector<ViewAngle> angles;
-    for (const double yaw : {0.0, -25.0, 25.0, -50.0, 50.0}) angles.push_back({yaw * kRadians, 0});
-    angles.push_back({0, -25 * kRadians});  // chin and jaw from below
-    const std::vector<Landmarks> views =
-        relief_landmarks(surface.mesh, reference, bent.scan_from_head, angles, millimetres, round.match, round.relief);
-    s->views = static_cast<int>(views.size());
-    return fuse_views(views, kFloor);
-  }
-
   // What the pictures and the relief tell together, each by its deviations.
   Landmarks by_both(const Landmarks& pictures, FindLandmarksSummary* s) const {
-    const int views = s->views;
-    const Landmarks relief = by_relief(bend_template(p.fine.V, p.coarse, pictures), kFine, s);
+    int views = 0;
+    const Landmarks relief = bending.refine(bend_template(p.fine.V, p.coarse, pictures), &views);
     s->views += views;
     Landmarks both = pictures;
     for (const auto& [name, other] : relief) {
@@ -192,17 +164,6 @@ struct ScanLandmarker::Search {
     return both;
   }
 
-  // From the whole face to its parts.
-  Landmarks by_relief(const ReliefPose& whole, FindLandmarksSummary* s) const {
-    BentTemplate bent{whole.V, whole.scan_from_head};
-    Landmarks found;
-    for (const ReliefRound& round : kRounds) {
-      found = by_relief(bent, round, s);
-      bent = bend_template(p.fine.V, p.coarse, found);
-    }
-    return found;
-  }
-
   // Poses in the order in which they are to be tried: where the detector sees a face first.
   std::vector<Candidate> candidates(const std::vector<CoarsePose>& poses, const PoseTarget& target,
                                     double least_score) const {
@@ -215,13 +176,13 @@ struct ScanLandmarker::Search {
         c.front = check_front(*p.detector, front, calibrations[0]);
         c.front.seen &= c.front.offset < 0.35 && c.front.scale > 0.65 && c.front.scale < 1.5;
       } else {
-        c.relief = lay_by_relief(surface.mesh, p.fine, c.pose.scan_from_head, view);
+        c.relief = bending.start(c.pose.scan_from_head);
       }
       list.push_back(c);
       if (c.front.seen) break;
     }
     std::stable_sort(list.begin(), list.end(), [](const Candidate& a, const Candidate& b) {
-      return a.front.seen != b.front.seen ? a.front.seen : a.relief.likeness > b.relief.likeness;
+      return a.front.seen != b.front.seen ? a.front.seen : a.relief.merit > b.relief.merit;
     });
     return list;
   }
@@ -256,7 +217,7 @@ struct ScanLandmarker::Search {
         read("2", &clock, result);
       } else {
         s.likeness = candidate.relief.likeness;
-        result->detected = by_relief(candidate.relief, &s);
+        result->detected = bending.finish(candidate.relief, &s.views);
         read("1", &clock, result);
       }
       s.reason = landmark_failure(s);
@@ -296,7 +257,8 @@ FindLandmarksResult ScanLandmarker::find(const Mesh& mesh, const Image& texture,
   if (s.pose_score < options.least_pose) return result;
   const auto prepared = textured ? std::make_unique<LinearImage>(texture) : nullptr;
   const Surface surface{reduced, textured ? mesh : reduced, prepared.get()};
-  const Search search{p, surface, p.view_options(options), coloured ? p.painted : p.clay};
+  const FaceViewOptions view = p.view_options(options);
+  const Search search{p, surface, view, coloured ? p.painted : p.clay, {reduced, p.fine, p.coarse, p.marks, view}};
   std::vector<Candidate> candidates = search.candidates(poses, target, options.least_pose);
   clock.finish("detection");
   for (const Candidate& candidate : candidates) {
