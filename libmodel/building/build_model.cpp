@@ -2,7 +2,9 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libmodel/building/build_model.h"
 
+#include <algorithm>
 #include <numeric>
+#include <set>
 
 #include "libmodel/building/pca_out_of_core.h"
 #include "libmodel/core/errors.h"
@@ -105,6 +107,17 @@ void take_colour(PcaResult colour, MorphableModelParts* parts, BuildModelResult*
   parts->colour = std::move(colour.model);
 }
 
+// Whether these are some of all, in their order.
+bool is_part_of(const std::vector<std::string>& some, const std::vector<std::string>& all) {
+  auto at = all.begin();
+  for (const std::string& id : some) {
+    at = std::find(at, all.end(), id);
+    if (at == all.end()) return false;
+    ++at;
+  }
+  return true;
+}
+
 // Rows whose colour was seen anywhere.
 std::vector<int> coloured(const std::vector<int>& rows, const SampleMatrix& weights) {
   std::vector<int> list;
@@ -180,31 +193,44 @@ BuildModelResult build_model(const RegisteredSet& scans, const MultiresTemplate&
 }
 
 BuildModelResult build_model(SampleStore& shapes, SampleStore* colours, const MultiresTemplate& reference,
-                             const BuildModelOptions& options, const Progress& progress) {
+                             const BuildModelOptions& options, const SampleVisibility& visibility,
+                             const Progress& progress) {
   check(shapes.sample_count(), shapes.cols() / 3, reference, options);
-  expect(colours == nullptr || (colours->cols() == shapes.cols() && colours->ids() == shapes.ids()),
+  expect(colours == nullptr || (colours->cols() == shapes.cols() && is_part_of(colours->ids(), shapes.ids())),
          "colours and shapes differ in size or ids");
   BuildModelResult result;
   MorphableModelParts parts = parts_of(reference, options.first_level);
   const Eigen::VectorXd weights = procrustes_weights(reference, options.rim_weight);
-  const auto align = [&] { return realign(shapes, weights, reference.V, alignment_options(options), progress); };
+  const std::vector<std::string> given = shapes.ids();
+  std::set<std::string> with_colour;
+  if (colours != nullptr) with_colour.insert(colours->ids().begin(), colours->ids().end());
+  const auto align = [&] {
+    return realign(shapes, weights, reference.V, alignment_options(options), visibility, progress);
+  };
   result.summary.procrustes = align();
   result.scans = first_integers(shapes.sample_count());
   if (options.prune_quantile > 0) {
     const PruneResult& pruned = result.summary.pruned =
         find_outliers(fit_pca(shapes, pruning_pca(options), progress).scores, prune_options(options));
     result.scans = pruned.kept;
-    std::vector<std::string> ids;
-    for (const PrunedSample& sample : pruned.removed) ids.push_back(shapes.ids()[static_cast<size_t>(sample.sample)]);
+    std::vector<std::string> ids, of_colours;
+    for (const PrunedSample& sample : pruned.removed) {
+      ids.push_back(given[static_cast<size_t>(sample.sample)]);
+      if (with_colour.contains(ids.back())) of_colours.push_back(ids.back());
+    }
     if (!ids.empty()) {
       shapes.remove(ids);
-      if (colours != nullptr) colours->remove(ids);
+      result.summary.procrustes = align();
     }
+    if (!of_colours.empty()) colours->remove(of_colours);
   }
   for (Eigen::Index i = 0; i < shapes.sample_count(); ++i) result.mean_from_scans.push_back(shapes.mean_from_scan(i));
   take_shape(fit_pca(shapes, pca_options(options, options.variance_share), progress), &parts, &result);
-  if (colours != nullptr)
+  if (colours != nullptr && colours->sample_count() > 0) {
+    for (const int row : result.scans)
+      if (with_colour.contains(given[static_cast<size_t>(row)])) result.colour_scans.push_back(row);
     take_colour(fit_pca(*colours, pca_options(options, options.colour_variance_share), progress), &parts, &result);
+  }
   parts.provenance = options.provenance;
   result.model = MorphableModel(std::move(parts));
   return result;

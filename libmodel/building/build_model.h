@@ -9,6 +9,7 @@
 #include "libmodel/building/fill_unseen.h"
 #include "libmodel/building/gain_balance.h"
 #include "libmodel/building/pca.h"
+#include "libmodel/building/pca_out_of_core.h"
 #include "libmodel/building/procrustes.h"
 #include "libmodel/building/prune.h"
 #include "libmodel/building/sample_store.h"
@@ -64,9 +65,11 @@ BuildModelResult build_model(const RegisteredSet& scans, const MultiresTemplate&
                              const BuildModelOptions& options = {}, const Progress& progress = {});
 
 /// The same from samples on disk, for sets that do not fit into memory: `shapes` is realigned in place, pruned scans
-/// are removed from it. `colours`, or null, has the same ids; what was not seen must have been filled. Transforms are
-/// those of the store.
+/// are removed from it. `colours`, or null, has the ids of those that have colours, in the same order; what was not
+/// seen must have been filled (UnseenFill). `visibility` as RegisteredSet::visibility. Transforms are those of the
+/// store.
 BuildModelResult build_model(SampleStore& shapes, SampleStore* colours, const MultiresTemplate& reference,
-                             const BuildModelOptions& options = {}, const Progress& progress = {});
+                             const BuildModelOptions& options = {}, const SampleVisibility& visibility = {},
+                             const Progress& progress = {});
 
 }  // namespace facewright

@@ -37,18 +37,23 @@ void check(const SampleMatrix& values, const SampleMatrix& visibility, const Ver
 }
 
 // Values of weight 0 may be anything, yet sums over all values must not meet a NaN.
-void clear_unseen(SampleMatrix* values, const SampleMatrix& visibility) {
-  for (Eigen::Index s = 0; s < visibility.rows(); ++s) {
-    if (values->row(s).allFinite()) continue;
-    for (Eigen::Index v = 0; v < visibility.cols(); ++v) {
-      auto x = values->row(s).segment<3>(3 * v);
-      if (x.allFinite()) continue;
-      if (visibility(s, v) > 0)
-        throw InvalidInput("fill unseen: sample " + std::to_string(s) + " holds NaN or infinity at vertex " +
-                           std::to_string(v) + ", which was seen");
-      x.setZero();
-    }
+void clear_unseen(Eigen::Ref<Eigen::RowVectorXd> row, const Eigen::Ref<const Eigen::RowVectorXd>& visibility,
+                  const std::string& name) {
+  if (row.allFinite()) return;
+  for (Eigen::Index v = 0; v < visibility.size(); ++v) {
+    auto x = row.segment<3>(3 * v);
+    if (x.allFinite()) continue;
+    if (visibility[v] > 0)
+      throw InvalidInput("fill unseen: " + name + " holds NaN or infinity at vertex " + std::to_string(v) +
+                         ", which was seen");
+    x.setZero();
   }
+}
+
+SampleMatrix without_unseen(SampleMatrix values, const SampleMatrix& visibility) {
+  for (Eigen::Index s = 0; s < values.rows(); ++s)
+    clear_unseen(values.row(s), visibility.row(s), "sample " + std::to_string(s));
+  return values;
 }
 
 // Shares filled; returns which vertices somebody saw.
@@ -162,15 +167,15 @@ double total_variance(const SampleMatrix& X) {
 
 }  // namespace
 
-FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility, const Vertices& V, const Faces& F,
-                             const FillUnseenOptions& options) {
-  check(values, visibility, V, options);
-  clear_unseen(&values, visibility);
-  FillUnseenResult result;
-  FillUnseenSummary& summary = result.summary;
-  summary.options = options;
-  const std::vector<bool> known = describe(visibility, &summary);
-  if (visibility.size() > 0 && visibility.minCoeff() < 1) {
+struct UnseenFill::Model {
+  FillUnseenSummary summary;
+  std::vector<bool> known;  // vertices somebody saw
+  std::unique_ptr<ResidualField> field;
+  IncompletePca statistics;
+  std::unique_ptr<Completion> completion;
+
+  void learn(const SampleMatrix& values, const SampleMatrix& visibility, const Vertices& V, const Faces& F) {
+    const FillUnseenOptions& options = summary.options;
     summary.modes = options.modes;
     if (options.modes < 0) {
       const HeldOutModes chosen = choose_modes_by_hiding(values, visibility, V, options);
@@ -178,26 +183,69 @@ FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility
       summary.held_out = chosen.error;
     }
     summary.modes = std::min(summary.modes, static_cast<int>(values.rows()) - 1);
-    std::unique_ptr<ResidualField> field;
     if (V.rows() > 0 && F.rows() > 0 && options.correlation_length > 0)
       field = std::make_unique<ResidualField>(V, F, options.correlation_length);
-    IncompletePca model = fit_incomplete_pca(
+    statistics = fit_incomplete_pca(
         values, visibility, {summary.modes, options.max_iterations, options.tolerance, options.threads, field.get()});
-    summary.noise = std::sqrt(model.noise);
-    summary.iterations = model.iterations;
-    summary.converged = model.converged;
-    summary.last_change = model.last_change;
-    if (field && summary.never_seen > 0) extend(&model, *field, known);
-    const Completion completion(model, field.get(), known, options.threads);
-    summary.edge_correlation = completion.edge_correlation(values, visibility);
+    summary.noise = std::sqrt(statistics.noise);
+    summary.iterations = statistics.iterations;
+    summary.converged = statistics.converged;
+    summary.last_change = statistics.last_change;
+    if (field && summary.never_seen > 0) extend(&statistics, *field, known);
+    completion = std::make_unique<Completion>(statistics, field.get(), known, options.threads);
+    summary.edge_correlation = completion->edge_correlation(values, visibility);
+  }
+};
+
+UnseenFill::UnseenFill(const SampleMatrix& values, const SampleMatrix& visibility, const Vertices& V, const Faces& F,
+                       const FillUnseenOptions& options) {
+  check(values, visibility, V, options);
+  if (values.rows() == 0) throw InvalidInput("fill unseen: there are no samples to learn from");
+  auto model = std::make_unique<Model>();
+  model->summary.options = options;
+  model->known = describe(visibility, &model->summary);
+  if (values.allFinite())
+    model->learn(values, visibility, V, F);
+  else
+    model->learn(without_unseen(values, visibility), visibility, V, F);
+  model_ = std::move(model);
+}
+
+UnseenFill::~UnseenFill() = default;
+
+double UnseenFill::complete(Eigen::Ref<Eigen::RowVectorXd> row, const Eigen::RowVectorXd& visibility) const {
+  const auto n = static_cast<Eigen::Index>(model_->known.size());
+  if (row.size() != 3 * n || visibility.size() != n)
+    throw InvalidInput("fill unseen: the row has " + std::to_string(row.size()) + " values and " +
+                       std::to_string(visibility.size()) + " weights, expected " + std::to_string(3 * n) + " and " +
+                       std::to_string(n));
+  if (!visibility.allFinite() || visibility.minCoeff() < 0 || visibility.maxCoeff() > 1)
+    throw InvalidInput("fill unseen: visibility must be within 0..1");
+  clear_unseen(row, visibility, "the sample");
+  return model_->completion->complete(row, visibility, model_->summary.edge_correlation);
+}
+
+const FillUnseenSummary& UnseenFill::summary() const { return model_->summary; }
+
+FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility, const Vertices& V, const Faces& F,
+                             const FillUnseenOptions& options) {
+  check(values, visibility, V, options);
+  FillUnseenResult result;
+  result.summary.options = options;
+  values = without_unseen(std::move(values), visibility);
+  if (visibility.size() > 0 && visibility.minCoeff() < 1) {
+    const UnseenFill fill(values, visibility, V, F, options);
+    result.summary = fill.summary();
     Eigen::VectorXd variances(values.rows());
     parallel_for(static_cast<int>(values.rows()), options.threads, [&](int i) {
       Eigen::RowVectorXd row = values.row(i);
-      variances[i] = completion.complete(row, visibility.row(i), summary.edge_correlation);
+      variances[i] = fill.complete(row, visibility.row(i));
       values.row(i) = row;
     });
     const double uncertain = variances.sum();
-    if (uncertain > 0) summary.uncertain_share = uncertain / (uncertain + total_variance(values));
+    if (uncertain > 0) result.summary.uncertain_share = uncertain / (uncertain + total_variance(values));
+  } else {
+    describe(visibility, &result.summary);
   }
   result.values = std::move(values);
   return result;

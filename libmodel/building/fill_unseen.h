@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "libmodel/core/mesh.h"
@@ -61,5 +62,25 @@ FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility
 /// The same without a surface: neighbours are not asked, values held out are scattered.
 FillUnseenResult fill_unseen(SampleMatrix values, const SampleMatrix& visibility,
                              const FillUnseenOptions& options = {});
+
+/// fill_unseen in two steps, for sets that do not fit into memory: learns from some of the samples, then completes any,
+/// one by one. A sample it learnt from comes out as fill_unseen has it.
+class UnseenFill {
+ public:
+  /// As fill_unseen; at least one sample.
+  UnseenFill(const SampleMatrix& values, const SampleMatrix& visibility, const Vertices& V, const Faces& F,
+             const FillUnseenOptions& options = {});
+  ~UnseenFill();
+
+  /// `row` (3N) by its `visibility` (N). Returns the posterior variance of what was filled, summed. May be called from
+  /// several threads.
+  double complete(Eigen::Ref<Eigen::RowVectorXd> row, const Eigen::RowVectorXd& visibility) const;
+  /// Of the samples learnt from; uncertain_share is 0.
+  const FillUnseenSummary& summary() const;
+
+ private:
+  struct Model;
+  std::unique_ptr<const Model> model_;
+};
 
 }  // namespace facewright

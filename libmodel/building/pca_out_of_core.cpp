@@ -59,9 +59,40 @@ Similarity append_aligned(SampleStore& store, const std::string& id, const Verti
   return mean_from_scan;
 }
 
+namespace {
+
+// How much each vertex of a sample counts in its motion and in the mean (procrustes.h).
+Eigen::VectorXd attention_of(const SampleVisibility& visibility, const std::string& id, Eigen::Index vertices,
+                             double unseen_weight) {
+  if (!visibility) return Eigen::VectorXd::Ones(vertices);
+  const Eigen::VectorXd seen = visibility(id);
+  if (seen.size() != vertices || !seen.allFinite() || seen.minCoeff() < 0 || seen.maxCoeff() > 1)
+    throw InvalidInput("procrustes: visibility must be 0..1 for every vertex of scan '" + id + "'");
+  return (unseen_weight + (1 - unseen_weight) * seen.array()).matrix();
+}
+
+// Sums over some of the samples.
+struct AlignmentSums {
+  Vertices attentive, plain;
+  Eigen::VectorXd attention;
+  double seen = 0;
+
+  explicit AlignmentSums(Eigen::Index n)
+      : attentive(Vertices::Zero(n, 3)), plain(Vertices::Zero(n, 3)), attention(Eigen::VectorXd::Zero(n)) {}
+  AlignmentSums& operator+=(const AlignmentSums& other) {
+    attentive += other.attentive, plain += other.plain, attention += other.attention, seen += other.seen;
+    return *this;
+  }
+};
+
+}  // namespace
+
 ProcrustesSummary realign(SampleStore& store, const Eigen::VectorXd& weights, const Vertices& reference,
-                          const ProcrustesOptions& options, const Progress& progress) {
+                          const ProcrustesOptions& options, const SampleVisibility& visibility,
+                          const Progress& progress) {
   check_weights(store, reference.rows(), weights);
+  if (!(options.unseen_weight > 0 && options.unseen_weight <= 1))
+    throw InvalidInput("procrustes: expected 0 < unseen_weight <= 1");
   const int n = static_cast<int>(store.sample_count());
   if (n == 0) throw InvalidInput("procrustes: there are no scans");
   ProcrustesSummary summary;
@@ -72,27 +103,33 @@ ProcrustesSummary realign(SampleStore& store, const Eigen::VectorXd& weights, co
   ProcrustesTarget target(reference, weights, options.scaling, sizes.mean());
   // Rows are summed in fixed parts, so that the bytes do not depend on threads.
   const int parts = std::min(16, n);
-  std::vector<Vertices> sums(static_cast<size_t>(parts));
   Eigen::VectorXd squares(n);
   while (summary.iterations < options.max_iterations && !summary.converged) {
     ++summary.iterations;
+    std::vector<AlignmentSums> sums(static_cast<size_t>(parts), AlignmentSums(reference.rows()));
     parallel_for(parts, options.threads, [&](int part) {
-      Vertices& sum = sums[static_cast<size_t>(part)];
-      sum.setZero(reference.rows(), 3);
+      AlignmentSums& sum = sums[static_cast<size_t>(part)];
       for (int i = n * part / parts; i < n * (part + 1) / parts; ++i) {
         const Vertices shape = as_shape(store.sample(i));
+        const Eigen::VectorXd attention =
+            attention_of(visibility, store.ids()[static_cast<size_t>(i)], reference.rows(), options.unseen_weight);
         Similarity& step = steps[static_cast<size_t>(i)];
-        step = fit_similarity(shape, target.mean(), weights, options.scaling);
+        step = fit_similarity(shape, target.mean(), weights.cwiseProduct(attention), options.scaling);
         const Vertices moved = step.apply(shape);
         squares[i] = weights.dot((moved - target.mean()).rowwise().squaredNorm());
-        sum += moved;
+        sum.plain += moved;
+        sum.attentive += attention.asDiagonal() * moved;
+        sum.attention += attention;
+        sum.seen += weights.dot(attention);
       }
     });
     for (int part = 1; part < parts; ++part) sums[0] += sums[static_cast<size_t>(part)];
-    const Vertices mean = sums[0] / n;
+    const Vertices mean = sums[0].plain / n;
     const double about_mean = squares.mean() - weights.dot((mean - target.mean()).rowwise().squaredNorm());
     summary.rms = std::sqrt(std::max(0.0, about_mean) / weights.sum());
-    summary.last_change = target.move_to(mean);
+    const double attention = sums[0].seen / (n * weights.sum());
+    summary.unseen_share = options.unseen_weight < 1 ? (1 - attention) / (1 - options.unseen_weight) : 0;
+    summary.last_change = target.move_to(sums[0].attention.cwiseInverse().asDiagonal() * sums[0].attentive);
     summary.converged = summary.last_change < options.tolerance;
     if (progress) progress({"alignment", summary.iterations, options.max_iterations, ""});
   }

@@ -2,6 +2,9 @@
 // Facewright: multi-resolution 3D morphable face models.
 #pragma once
 
+#include <functional>
+#include <string>
+
 #include "libmodel/building/pca.h"
 #include "libmodel/building/procrustes.h"
 #include "libmodel/building/sample_store.h"
@@ -19,9 +22,14 @@ PcaResult fit_pca(SampleStore& store, const PcaOptions& options = {}, const Prog
 Similarity append_aligned(SampleStore& store, const std::string& id, const Vertices& shape,
                           const Eigen::VectorXd& weights, Scaling scaling = Scaling::fixed, int threads = 0);
 
+/// Of a sample by its id: (N) 0..1, how far each vertex was observed. Called from several threads.
+using SampleVisibility = std::function<Eigen::VectorXd(const std::string& id)>;
+
 /// generalised_procrustes of the samples on disk, one pass an iteration and one more that writes the moved rows. Inner
-/// products are to be computed anew afterwards. No shapes and no transforms in the result: ask the store.
+/// products are to be computed anew afterwards. No shapes and no transforms in the result: ask the store. Without
+/// `visibility` every vertex counts as observed.
 ProcrustesSummary realign(SampleStore& store, const Eigen::VectorXd& weights, const Vertices& reference,
-                          const ProcrustesOptions& options = {}, const Progress& progress = {});
+                          const ProcrustesOptions& options = {}, const SampleVisibility& visibility = {},
+                          const Progress& progress = {});
 
 }  // namespace facewright

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "libmodel/core/errors.h"
 #include "planted.h"
 #include "tests/support/temporary_directory.h"
@@ -221,8 +223,40 @@ TEST(BuildModel, OnDiskItIsTheModelInMemory) {
   EXPECT_LT((disk.model.shape().basis - memory.model.shape().basis).norm(), 1e-5);  // rows are float32
   EXPECT_LT((disk.model.colour().basis - memory.model.colour().basis).norm(), 1e-5);
   EXPECT_LT((disk.shape_scores - memory.shape_scores).norm(), 1e-4);
-  colours.remove({"7"});
-  EXPECT_THROW(build_model(shapes, &colours, t), InvalidInput);
+}
+
+TEST(BuildModel, OnDiskPrunesWeighsWhatWasSeenAndTakesColoursOfSome) {
+  const MultiresTemplate t = grid_template(9);
+  Random random(23);
+  RegisteredSet set = random_set(random, t, 40, 5);
+  set.shapes.row(7) += 30 * row_of(testing::random_matrix(random, t.V.rows(), 3));
+  set.visibility = SampleMatrix::NullaryExpr(40, t.V.rows(), [&] { return random.uniform(0, 1) < 0.3 ? 0.0 : 1.0; });
+  set.colour_weights = SampleMatrix::Ones(40, t.V.rows());
+  set.colour_weights.row(3).setZero();
+  BuildModelOptions options;
+  options.prune_quantile = 0.99;
+  options.prune_modes = 3;
+  const BuildModelResult memory = build_model(set, t, options);
+  ASSERT_FALSE(memory.summary.pruned.removed.empty());
+  const TemporaryDirectory folder;
+  SampleStore shapes = SampleStore::create(folder / "shapes", row_of(t.V));
+  SampleStore colours = SampleStore::create(folder / "colours", Eigen::RowVectorXd::Constant(t.V.size(), 0.5));
+  shapes.append(set.ids, set.shapes);
+  for (Eigen::Index i = 0; i < 40; ++i)
+    if (i != 3) colours.append({set.ids[static_cast<size_t>(i)]}, set.colours.row(i));
+  const BuildModelResult disk = build_model(shapes, &colours, t, options, [&](const std::string& id) {
+    return Eigen::VectorXd(set.visibility.row(std::find(set.ids.begin(), set.ids.end(), id) - set.ids.begin()));
+  });
+  EXPECT_EQ(disk.scans, memory.scans);
+  EXPECT_EQ(disk.colour_scans, memory.colour_scans);
+  EXPECT_NEAR(disk.summary.procrustes.unseen_share, memory.summary.procrustes.unseen_share, 1e-9);
+  ASSERT_EQ(disk.model.shape().mode_count(), memory.model.shape().mode_count());
+  EXPECT_LT((disk.model.shape().mean - memory.model.shape().mean).cwiseAbs().maxCoeff(), 1e-4);
+  EXPECT_LT((disk.model.shape().basis - memory.model.shape().basis).norm(), 1e-4);
+  EXPECT_LT((disk.model.colour().basis - memory.model.colour().basis).norm(), 1e-4);
+  SampleStore strange = SampleStore::create(folder / "strange", Eigen::RowVectorXd::Constant(t.V.size(), 0.5));
+  strange.append({"someone else"}, set.colours.row(0));
+  EXPECT_THROW(build_model(shapes, &strange, t), InvalidInput);
 }
 
 TEST(BuildModel, RefusesSetsThatDoNotFit) {

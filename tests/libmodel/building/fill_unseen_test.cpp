@@ -221,6 +221,28 @@ TEST(FillUnseen, NumbersThatAreNoneMatterOnlyWhereTheyWereSeen) {
   EXPECT_THROW(fill_unseen(g.truth, g.visibility), InvalidInput);
 }
 
+TEST(UnseenFill, CompletesWhatItLearntFromAsTheWholeAndStrangersNearlyAsWell) {
+  const PaintedGrid g = painted_grid(12);
+  const Faces& F = g.t.levels.back().F;
+  const SampleMatrix given = blotted(g, 9);
+  const UnseenFill all(given, g.visibility, g.t.V, F), half(given.topRows(20), g.visibility.topRows(20), g.t.V, F);
+  SampleMatrix by_all = given, by_half = given;
+  for (Eigen::Index s = 0; s < given.rows(); ++s) {
+    Eigen::RowVectorXd row = given.row(s);
+    EXPECT_GT(all.complete(row, g.visibility.row(s)), 0);
+    by_all.row(s) = row;
+    row = given.row(s);
+    half.complete(row, g.visibility.row(s));
+    by_half.row(s) = row;
+  }
+  EXPECT_EQ(by_all, fill_unseen(given, g.visibility, g.t.V, F).values);
+  PaintedGrid strangers = g;
+  strangers.truth = g.truth.bottomRows(20), strangers.visibility = g.visibility.bottomRows(20);
+  EXPECT_LT(2 * hidden_rms(strangers, by_half.bottomRows(20)), hidden_rms(strangers, mean_filled(strangers)));
+  Eigen::RowVectorXd short_row = given.row(0).head(30);
+  EXPECT_THROW(half.complete(short_row, g.visibility.row(0)), InvalidInput);
+}
+
 TEST(FillUnseen, RefusesWhatDoesNotFit) {
   const PaintedGrid g = painted_grid(11);
   EXPECT_THROW(fill_unseen(g.truth, g.visibility.leftCols(5)), InvalidInput);
