@@ -21,6 +21,7 @@
 #include "libregister/reference/reference_face.h"
 #include "pipelines/build_record.h"
 #include "pipelines/build_report.h"
+#include "pipelines/json_text.h"
 #include "pipelines/matrix_hash.h"
 #include "pipelines/model_stage.h"
 #include "pipelines/output_tree.h"
@@ -57,7 +58,7 @@ void write_landmark_vertices(const MultiresTemplate& reference, const OutputTree
   Json map;
   for (const auto& [name, mark] : reference.landmarks)
     if (mark.vertex >= 0) map[name] = mark.vertex;
-  write_file_if_changed(tree.landmark_vertices(), map.dump() + "\n");
+  write_file_if_changed(tree.landmark_vertices(), json_text(map) + "\n");
 }
 
 // Registers all scans; results do not depend on the order in which threads take them.
@@ -163,7 +164,7 @@ void write_build_json(const BuildPipelineOptions& options, const std::vector<Sca
   j["shape_modes"] = s.shape_modes;
   j["colour_modes"] = s.colour_modes;
   for (const auto& [stage, seconds] : s.seconds) j["seconds"][stage] = seconds;
-  write_file(tree.build_json(), j.dump(1) + "\n");
+  write_file(tree.build_json(), json_text(j, 1) + "\n");
 }
 
 // What is known about the scans, by id; without a manifest only their names.

@@ -9,6 +9,7 @@
 #include "libmodel/core/parallel.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/sha256.h"
+#include "pipelines/json_text.h"
 #include "pipelines/scan_stage.h"
 
 namespace facewright {
@@ -68,7 +69,7 @@ std::string effective_options(const BuildPipelineOptions& options) {
   j["prune_quantile"] = options.prune_quantile;
   j["exclude"] = options.exclude;
   j["terms"] = options.terms;
-  return j.dump();
+  return json_text(j);
 }
 
 std::string gather_key(const BuildPipelineOptions& options, const BuildPipelineSummary& summary,
@@ -90,7 +91,7 @@ std::string gather_key(const BuildPipelineOptions& options, const BuildPipelineS
       scan["reason"] = o.reason;
     }
   }
-  return sha256(j.dump());
+  return sha256(json_text(j));
 }
 
 bool build_stands(const std::string& key, const OutputTree& tree, int jobs, BuildPipelineSummary* summary) {
@@ -127,7 +128,7 @@ void write_build_record(const std::string& key, const BuildPipelineSummary& s, c
                   {"without_neutral", s.without_neutral},
                   {"level_vertices", s.level_vertices}};
   for (size_t i = 0; i < names.size(); ++i) j["files"][names[i]] = hashes[i];
-  write_file(record_file(tree), j.dump(1) + "\n");
+  write_file(record_file(tree), json_text(j, 1) + "\n");
 }
 
 }  // namespace facewright

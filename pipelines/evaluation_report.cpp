@@ -10,6 +10,7 @@
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/io/text_builder.h"
 #include "pipelines/evaluation.h"
+#include "pipelines/json_text.h"
 #include "pipelines/svg_plot.h"
 
 namespace facewright {
@@ -296,7 +297,7 @@ void write_evaluation(const std::filesystem::path& folder, const Evaluation& e) 
   write_file(folder / "compactness.csv", compactness_csv(e));
   write_file(folder / "generalisation.csv", distance_csv(e, "generalisation"));
   write_file(folder / "specificity.csv", distance_csv(e, "specificity"));
-  write_file(folder / "evaluation.json", evaluation_json(e).dump(1) + "\n");  // last: the rest is whole
+  write_file(folder / "evaluation.json", json_text(evaluation_json(e), 1) + "\n");  // last: the rest is whole
 }
 
 }  // namespace facewright

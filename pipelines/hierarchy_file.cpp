@@ -10,8 +10,10 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/core/topology.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/json_whole.h"
 #include "libregister/reference/regions.h"
 #include "libregister/subdivision/journal.h"
+#include "pipelines/json_text.h"
 
 namespace facewright {
 namespace {
@@ -69,7 +71,7 @@ void write_decision(const LevelDecision& d, const std::string& key, const Output
       j["positions"].push_back({d.reference.V(i, 0), d.reference.V(i, 1), d.reference.V(i, 2)});
   }
   if (!d.appearance.empty()) j["appearance"] = appearance_json(d.appearance);
-  write_file(tree.hierarchy(), j.dump() + "\n");
+  write_file(tree.hierarchy(), json_text(j) + "\n");
 }
 
 std::optional<LevelDecision> earlier_decision(const ReferenceFace& face, const std::string& key,
@@ -81,9 +83,10 @@ std::optional<LevelDecision> earlier_decision(const ReferenceFace& face, const s
     if (options.mean_as_reference && options.levels.size() > 1 && !j.contains("positions")) return {};
     RefinementJournal journal{static_cast<int>(face.mesh.vertex_count()), {}};
     for (const Json& p : j.at("parents"))
-      journal.parents.push_back({p.at(0).get<int>(), p.at(1).get<int>(), p.size() > 2 ? p.at(2).get<int>() : -1});
+      journal.parents.push_back(
+          {whole_number<int>(p.at(0)), whole_number<int>(p.at(1)), p.size() > 2 ? whole_number<int>(p.at(2)) : -1});
     LevelDecision d;
-    d.reference = replay(journal, face.mesh, face.mirror, face.landmarks, j.at("vertices").get<std::vector<int>>());
+    d.reference = replay(journal, face.mesh, face.mirror, face.landmarks, whole_numbers(j.at("vertices")));
     d.reference.regions = template_regions(d.reference, face.regions);
     const bool mean = j.contains("positions");
     if (mean) {

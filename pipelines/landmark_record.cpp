@@ -7,6 +7,7 @@
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/landmark_files.h"
 #include "libmodel/io/sha256.h"
+#include "pipelines/json_text.h"
 
 namespace facewright {
 namespace {
@@ -26,7 +27,7 @@ fs::path record_file(const fs::path& landmarks) {
 }
 
 void write_record(const fs::path& landmarks, const Json& record) {
-  write_file(record_file(landmarks), record.dump(1) + "\n");
+  write_file(record_file(landmarks), json_text(record, 1) + "\n");
 }
 
 }  // namespace

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "pipelines/json_text.h"
+
 namespace facewright {
 namespace {
 
@@ -171,7 +173,7 @@ For research and production of 3D faces: fitting images and scans, synthesis, st
 }  // namespace
 
 std::string model_card_json(const MorphableModel& model, const ModelCardInput& input) {
-  return card(model, input).dump(1) + "\n";
+  return json_text(card(model, input), 1) + "\n";
 }
 
 std::string model_card_markdown(const MorphableModel& model, const ModelCardInput& input) {

@@ -14,6 +14,7 @@
 #include "libmodel/geometry/normals.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/surface/nearest.h"
+#include "pipelines/json_text.h"
 
 namespace facewright {
 
@@ -121,7 +122,7 @@ std::string describe_registration(const Scan& scan, const RegisterSummary& s) {
       {"acceptable", s.acceptable},
       {"concern", s.concern},
       {"stage_seconds", Json(Json::object_t(s.seconds.begin(), s.seconds.end()))}};
-  return report.dump(1);
+  return json_text(report, 1);
 }
 
 std::string summarise_registration(const RegisterSummary& s) {

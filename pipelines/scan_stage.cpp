@@ -12,6 +12,7 @@
 #include "libmodel/io/sha256.h"
 #include "libregister/intake/mesh_import.h"
 #include "pipelines/error_picture.h"
+#include "pipelines/json_text.h"
 #include "pipelines/registration_report.h"
 #include "pipelines/scan_colours.h"
 #include "pipelines/scan_picture.h"
@@ -73,7 +74,7 @@ Json options_json(const BuildPipelineOptions& o) {
 }
 
 std::string scan_key(const ScanFiles& files, const std::string& reference_key, const BuildPipelineOptions& options) {
-  std::string material = reference_key + options_json(options).dump() + sha256(read_file(files.mesh));
+  std::string material = reference_key + json_text(options_json(options)) + sha256(read_file(files.mesh));
   if (const auto texture = texture_file(files.mesh)) material += sha256(read_file(*texture));  // it guides
   if (files.landmarks) material += sha256(read_file(*files.landmarks));
   if (files.landmarks && options.scan.landmark_names) material += sha256(read_file(*options.scan.landmark_names));
@@ -102,7 +103,7 @@ void write_outputs(const Scan& scan, const RegistrationResult& r, const Multires
   report["seconds"] = now - started;
   report["key"] = key;
   report["registered_sha256"] = sha256(read_file(tree.registered(scan.id)));
-  write_file(tree.scan_report(scan.id), report.dump(1) + "\n");  // last: its presence says that the rest is whole
+  write_file(tree.scan_report(scan.id), json_text(report, 1) + "\n");  // last: its presence says that the rest is whole
 }
 
 void write_problem(const std::string& id, const ScanFiles& files, const std::string& reason, const OutputTree& tree) {
@@ -120,7 +121,7 @@ constexpr const char* kNoLandmarks =
 
 }  // namespace
 
-std::string describe_options(const BuildPipelineOptions& options) { return options_json(options).dump(); }
+std::string describe_options(const BuildPipelineOptions& options) { return json_text(options_json(options)); }
 
 ScanOutcome process_scan(const ScanFiles& files, const MultiresTemplate& reference, const AppearanceGuide& guide,
                          const std::string& reference_key, const BuildPipelineOptions& options,

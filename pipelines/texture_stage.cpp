@@ -7,6 +7,7 @@
 #include <string>
 
 #include "libmodel/io/atomic_file.h"
+#include "pipelines/json_text.h"
 #include "pipelines/matrix_hash.h"
 
 namespace facewright {
@@ -30,7 +31,7 @@ std::string key_of(const MultiresTemplate& reference, const Vertices& mean, cons
   const auto rows = std::min(static_cast<Eigen::Index>(reference.mirror.size()), Eigen::Index{base});
   const Eigen::VectorXi mirror = Eigen::Map<const Eigen::VectorXi>(reference.mirror.data(), rows);
   return sha256(sha256_of(Vertices(mean.topRows(base))) + sha256_of(reference.levels.front().F) + sha256_of(mirror) +
-                options_json(options).dump() + std::to_string(kMethodVersion));
+                json_text(options_json(options)) + std::to_string(kMethodVersion));
 }
 
 // The summary's figures that only the flattening itself knows, with their names: once for writing and reading.
@@ -97,7 +98,7 @@ void write_texture(const fs::path& file, const std::string& key, const MultiresT
   for (size_t l = 0; l < reference.levels.size(); ++l)
     j["levels"].push_back(level_json(reference.levels[l].vertex_count, texture.distortion[l], texture.overlap[l]));
   for (int v = 0; v < reference.base_count(); ++v) j["uv"].push_back({texture.uv(v, 0), texture.uv(v, 1)});
-  write_file(file, j.dump() + "\n");
+  write_file(file, json_text(j) + "\n");
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "libmodel/interop/eos_binary.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/json_whole.h"
 
 namespace facewright {
 namespace {
@@ -25,7 +26,7 @@ auto from_json(const std::filesystem::path& path, Take take) {
 }
 
 std::pair<int, int> one_based_pair(const std::filesystem::path& path, const json& entry, int least) {
-  const int a = entry.at("value0").get<int>(), b = entry.at("value1").get<int>();
+  const int a = whole_number<int>(entry.at("value0")), b = whole_number<int>(entry.at("value1"));
   if (a < least || b < 1) throw IoError(path.string(), "has an index below 1, from which eos counts");
   return {a - 1, b - 1};
 }
@@ -63,8 +64,7 @@ std::vector<Blendshape> read_eos_blendshapes(const std::filesystem::path& path) 
 FaceContours read_eos_contours(const std::filesystem::path& path) {
   return from_json(path, [](const json& file) {
     const json& contours = file.at("model_contour");
-    return FaceContours{contours.at("right_contour").get<std::vector<int>>(),
-                        contours.at("left_contour").get<std::vector<int>>()};
+    return FaceContours{whole_numbers(contours.at("right_contour")), whole_numbers(contours.at("left_contour"))};
   });
 }
 

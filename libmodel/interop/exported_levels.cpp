@@ -15,6 +15,7 @@
 #include "libmodel/interop/level_files.h"
 #include "libmodel/interop/npz.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/json_whole.h"
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/model/model_file.h"
 #include "libmodel/model/surface_points.h"
@@ -52,16 +53,17 @@ void read_contours(const fs::path& path, MorphableModelParts& p) {
 void read_places(const fs::path& path, MorphableModelParts& p) {
   const json places = read_json(path);
   for (const auto& [name, entry] : places.items()) {
-    if (entry.at("vertex").get<int>() >= 0) continue;
+    if (whole_number<int>(entry.at("vertex")) >= 0) continue;
     const auto b = entry.at("barycentric").get<std::array<double, 3>>();
-    p.levels.back().landmark_points[name] = {entry.at("triangle"), {b[0], b[1], b[2]}};
+    p.levels.back().landmark_points[name] = {whole_number<int>(entry.at("triangle")), {b[0], b[1], b[2]}};
   }
 }
 
 void read_parents(const fs::path& path, MorphableModelParts& p) {
   const json table = read_json(path);
   for (const json& entry : table.at("parents"))
-    p.parents.push_back({entry.at(0), entry.at(1), entry.size() > 2 ? entry.at(2).get<int>() : -1});
+    p.parents.push_back({whole_number<int>(entry.at(0)), whole_number<int>(entry.at(1)),
+                         entry.size() > 2 ? whole_number<int>(entry.at(2)) : -1});
 }
 
 // The stored topology must be that of the triangles: compared as text, which is how it was written.
@@ -141,9 +143,11 @@ MorphableModel read_level_folder(const fs::path& folder) {
     MorphableModelParts p = parts_of(read_mesh(folder / "mean.ply"));
     const Faces& F = p.levels.back().F;
     const json vertices = read_json(folder / "landmark_vertices.json");
-    for (const auto& [name, v] : vertices.items()) p.landmarks[name] = {point_at_vertex(F, v.get<int>()), v.get<int>()};
+    for (const auto& [name, v] : vertices.items())
+      p.landmarks[name] = {point_at_vertex(F, whole_number<int>(v)), whole_number<int>(v)};
     read_places(folder / "landmark_points.json", p);
-    p.regions = read_json(folder / "regions.json").get<decltype(p.regions)>();
+    const json regions = read_json(folder / "regions.json");
+    for (const auto& [name, vertices_of] : regions.items()) p.regions[name] = whole_numbers(vertices_of);
     read_contours(folder / "contours.json", p);
     check_edges(folder / "edge_topology.json", F);
     if (fs::exists(folder / "symmetry.txt")) p.mirror = read_symmetry(folder / "symmetry.txt");

@@ -7,6 +7,7 @@
 #include "libmodel/interop/gltf_container.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/json_depth.h"
+#include "libmodel/io/json_whole.h"
 #include "libmodel/model/surface_points.h"
 
 namespace facewright {
@@ -35,14 +36,16 @@ class Glb {
   }
   const json& description() const { return description_; }
   [[noreturn]] void fail(const std::string& what) const { in_.fail(what); }
-  Eigen::MatrixXd rows(size_t accessor, int columns) {
+  Eigen::MatrixXd rows(const json& index, int columns) {
+    const auto accessor = whole_number<size_t>(index);
     const Eigen::Index n =
         seek(accessor, columns == 3 ? "VEC3" : "VEC2", GltfCode::float32, static_cast<size_t>(columns) * sizeof(float));
     Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> m(n, columns);
     in_.array(m.data(), static_cast<size_t>(m.size()));
     return m.cast<double>();
   }
-  Faces triangles(size_t accessor) {
+  Faces triangles(const json& index) {
+    const auto accessor = whole_number<size_t>(index);
     const json& kind = description_.at("accessors").at(accessor).at("componentType");
     return kind == GltfCode::unsigned16 ? corners<std::uint16_t>(accessor, GltfCode::unsigned16)
                                         : corners<std::int32_t>(accessor, GltfCode::unsigned32);
@@ -67,14 +70,17 @@ class Glb {
     if (accessor.at("type") != type || accessor.at("componentType") != component)
       fail("has an accessor of another kind than " + type + " " + std::to_string(component));
     if (accessor.contains("sparse")) fail("has a sparse accessor; save it without");
-    const json& view = description_.at("bufferViews").at(accessor.at("bufferView").get<size_t>());
+    const json& view = description_.at("bufferViews").at(whole_number<size_t>(accessor.at("bufferView")));
     if (view.contains("byteStride") && view.at("byteStride") != size)
       fail("has interleaved attributes; save them apart");
-    const auto offset = view.value("byteOffset", size_t{0}), inner = accessor.value("byteOffset", size_t{0});
+    const auto offset_of = [](const json& at) {
+      return at.contains("byteOffset") ? whole_number<size_t>(at.at("byteOffset")) : size_t{0};
+    };
+    const size_t offset = offset_of(view), inner = offset_of(accessor);
     expect(offset, 1);
     expect(inner, 1);
     in_.seek(start_ + offset + inner);
-    const auto count = accessor.at("count").get<size_t>();  // a negative one becomes huge
+    const auto count = whole_number<size_t>(accessor.at("count"));
     in_.expect(count, size);
     return static_cast<Eigen::Index>(count);
   }
@@ -166,7 +172,7 @@ MorphableModelParts parts_of(Glb& glb) {
   const json own = mesh.value("extras", json::object()).value("facewright", json::object());
   const json landmarks = own.value("landmark_vertices", json::object());
   for (const auto& [name, v] : landmarks.items())
-    p.landmarks[name] = {point_at_vertex(p.levels[0].F, v.get<int>()), v.get<int>()};
+    p.landmarks[name] = {point_at_vertex(p.levels[0].F, whole_number<int>(v)), whole_number<int>(v)};
   return p;
 }
 

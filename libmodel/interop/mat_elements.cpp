@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "libmodel/core/errors.h"
@@ -241,38 +242,72 @@ void check_matrix(Source& source, std::uint64_t bytes, int depth) {
   m.skip(m.left());
 }
 
+// The elements of a level 5 file, behind its header.
+void check_level5(std::ifstream& in, std::uint64_t size, std::uint64_t at) {
+  while (at < size) {
+    std::uint32_t tag[2] = {};  // type, bytes
+    in.seekg(static_cast<std::streamoff>(at));
+    if (!in.read(reinterpret_cast<char*>(tag), sizeof tag)) break;
+    if (tag[0] != kMatrix && tag[0] != kCompressed) throw Damaged{"has something between its variables"};
+    at += sizeof tag + tag[1];
+    if (at > size) break;
+    if (tag[0] == kMatrix) {
+      FileSource source(in);
+      check_matrix(source, tag[1], 0);
+    } else {
+      PackedSource source(in, tag[1]);
+      std::uint32_t inner[2] = {};
+      source.read(reinterpret_cast<char*>(inner), sizeof inner);
+      if (inner[0] != kMatrix) throw Damaged{"has a damaged variable"};
+      check_matrix(source, inner[1], 0);
+      source.finish();
+    }
+  }
+  if (at != size) throw Damaged{"is cut short or damaged: its last variable does not end with the file"};
+}
+
+// Level 4 has no header: each variable is five numbers, its name, its values.
+void check_level4(std::ifstream& in, std::uint64_t size) {
+  constexpr std::uint64_t kBytesOf[] = {8, 4, 4, 2, 2, 1};  // of a number, by the third digit of the kind
+  in.clear();
+  for (std::uint64_t at = 0; at < size;) {
+    std::int32_t head[5] = {};  // kind, rows, columns, whether complex, length of the name
+    in.seekg(static_cast<std::streamoff>(at));
+    if (!in.read(reinterpret_cast<char*>(head), sizeof head)) throw Damaged{"is no MATLAB file, or is cut short"};
+    const auto [kind, rows, columns, complex, name] = head;
+    if (kind < 0 || kind > 52 || kind / 10 > 5 || kind % 10 > 2)
+      throw Damaged{"is no MATLAB file that can be read; save it again with -v7"};  // or of another byte order
+    if (rows < 0 || columns < 0 || complex < 0 || complex > 1 || name < 1 || name > 4096)
+      throw Damaged{"has a damaged variable"};
+    at += sizeof head + static_cast<std::uint64_t>(name);
+    if (at > size) throw Damaged{"is cut short"};
+    std::string text(static_cast<size_t>(name), ' ');
+    if (!in.read(text.data(), name) || text.find('\0') == text.npos) throw Damaged{"has a variable without a name"};
+    const std::uint64_t room = (size - at) / kBytesOf[kind / 10] / static_cast<std::uint64_t>(complex + 1);
+    if (columns > 0 && static_cast<std::uint64_t>(rows) > room / static_cast<std::uint64_t>(columns))
+      throw Damaged{"promises more numbers than the file can hold"};
+    at += kBytesOf[kind / 10] * static_cast<std::uint64_t>(rows) * static_cast<std::uint64_t>(columns) *
+          static_cast<std::uint64_t>(complex + 1);
+  }
+}
+
 }  // namespace
 
 void check_mat_elements(const std::filesystem::path& path) {
   std::ifstream in(path, std::ios::binary);
   char head[128] = {};
-  if (!in.read(head, sizeof head) || std::strncmp(head, "MATLAB 5.0", 10) != 0) return;
-  if (head[126] != 'I' || head[127] != 'M') return;
+  const bool long_enough = static_cast<bool>(in.read(head, sizeof head));
   const std::uint64_t size = std::filesystem::file_size(path);
-  std::uint64_t at = sizeof head;
   try {
-    while (at < size) {
-      std::uint32_t tag[2] = {};  // type, bytes
-      in.seekg(static_cast<std::streamoff>(at));
-      if (!in.read(reinterpret_cast<char*>(tag), sizeof tag)) break;
-      if (tag[0] != kMatrix && tag[0] != kCompressed) return;  // for matio to judge
-      at += sizeof tag + tag[1];
-      if (at > size) break;
-      if (tag[0] == kMatrix) {
-        FileSource source(in);
-        check_matrix(source, tag[1], 0);
-      } else {
-        PackedSource source(in, tag[1]);
-        std::uint32_t inner[2] = {};
-        source.read(reinterpret_cast<char*>(inner), sizeof inner);
-        if (inner[0] == kMatrix) check_matrix(source, inner[1], 0);
-        source.finish();
-      }
-    }
+    if (long_enough && head[126] == 'I' && head[127] == 'M')
+      check_level5(in, size, sizeof head);
+    else if (long_enough && head[126] == 'M' && head[127] == 'I')
+      throw Damaged{"was written by a machine of another byte order; save it again on this one"};
+    else
+      check_level4(in, size);
   } catch (const Damaged& damaged) {
     throw IoError(path.string(), damaged.what);
   }
-  if (at != size) throw IoError(path.string(), "is cut short or damaged: its last variable does not end with the file");
 }
 
 }  // namespace facewright

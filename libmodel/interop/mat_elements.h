@@ -8,10 +8,10 @@ namespace facewright {
 
 // Private to this module.
 
-/// Walks the elements of a MATLAB level 5 file (versions 5 to 7, little-endian; others are left alone): every variable
-/// ends within the file, the last one with it, compressed ones unpack whole with the right checksum, and arrays of
-/// numbers, also within structures and cells, hold as many as their dimensions say. matio would hand out whatever lies
-/// in memory for what is missing. Throws IoError.
+/// Walks the variables of a MATLAB file of level 5 (versions 5 to 7) or 4, little-endian: every variable ends within
+/// the file, the last one with it, compressed ones unpack whole with the right checksum, and arrays of numbers, also
+/// within structures and cells, hold as many as their dimensions say. matio would take the memory that damaged sizes
+/// ask for, and hand out whatever lies there for what is missing. Throws IoError.
 void check_mat_elements(const std::filesystem::path& path);
 
 }  // namespace facewright

@@ -16,11 +16,14 @@
 
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/jpeg_tables.h"
 
 namespace facewright {
 namespace {
 
-constexpr std::int64_t max_pixels = std::int64_t{1} << 28;
+// Large pictures must have a byte for so many pixels: what is as good as empty compresses no further.
+constexpr std::int64_t max_pixels = std::int64_t{1} << 28, always_allowed = std::int64_t{1} << 24,
+                       pixels_per_byte = 1100;
 
 void append(void* context, void* data, int size) {
   static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<size_t>(size));
@@ -43,15 +46,18 @@ Image read_image(const std::filesystem::path& path) {
     throw IoError(path.string(), "image file above 2 GB");
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
   const int size = static_cast<int>(bytes.size());
+  if (!jpeg_tables_fit(bytes)) throw IoError(path.string(), "damaged image: its Huffman tables are too long");
   int w = 0, h = 0, channels = 0;
   if (!stbi_info_from_memory(data, size, &w, &h, &channels))
     throw IoError(path.string(), "not a readable image (expected PNG, JPEG, BMP, TGA, PSD, GIF or PNM)");
-  if (std::int64_t{w} * h > max_pixels)
+  const std::int64_t area = std::int64_t{w} * h;
+  if (area > max_pixels || (area > always_allowed && area / pixels_per_byte > size))
     throw IoError(path.string(), "image of " + std::to_string(w) + " x " + std::to_string(h) + " pixels is too large");
   const int wanted = channels == 1 ? 1 : channels == 3 ? 3 : 4;
   const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> pixels(
       stbi_load_from_memory(data, size, &w, &h, &channels, wanted), &stbi_image_free);
   if (!pixels) throw IoError(path.string(), std::string("damaged image: ") + stbi_failure_reason());
+  if (w <= 0 || h <= 0) throw IoError(path.string(), "holds no pixels");
   Image image(w, h, wanted);
   image.data.assign(pixels.get(), pixels.get() + image.data.size());
   return image;

@@ -10,7 +10,8 @@
 namespace facewright {
 
 /// Reads PNG, JPEG, BMP, TGA, PSD, GIF (first frame) or PNM, by content. Grey stays 1 channel, grey+alpha becomes
-/// RGBA, 16-bit becomes 8-bit. Images above 2^28 pixels are refused before anything is allocated. Throws IoError.
+/// RGBA, 16-bit becomes 8-bit. Images above 2^28 pixels, and those above 2^24 with more than 1100 for each byte of the
+/// file, are refused before anything is allocated. Throws IoError.
 Image read_image(const std::filesystem::path& path);
 
 /// An image as the bytes of a PNG file. Throws InvalidInput for an empty or inconsistent image.

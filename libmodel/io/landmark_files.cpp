@@ -9,6 +9,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/landmark_formats.h"
+#include "libmodel/io/text_encoding.h"
 
 namespace facewright {
 namespace {
@@ -47,7 +48,8 @@ std::map<std::string, LandmarkPoint<D>, LandmarkNameOrder> named(const RawLandma
     LandmarkPoint<D> point;
     for (int k = 0; k < D; ++k) point.position[k] = mark.x[static_cast<size_t>(k)];
     point.stddev = mark.stddev;
-    if (!out.emplace(mark.name, point).second) throw IoError(path, "landmark '" + mark.name + "' occurs twice");
+    if (!out.emplace(as_utf8(mark.name), point).second)
+      throw IoError(path, "landmark '" + mark.name + "' occurs twice");
   }
   return out;
 }

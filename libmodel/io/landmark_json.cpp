@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/io/json_depth.h"
 #include "libmodel/io/landmark_formats.h"
 #include "libmodel/io/text_builder.h"
 
@@ -14,6 +15,7 @@ namespace {
 using Json = nlohmann::json;
 
 Json parse(std::string_view text, const std::string& path) {
+  if (json_depth(text) > kMostJsonDepth) throw IoError(path, "nests its lists too deeply; it is damaged");
   try {
     return Json::parse(text);
   } catch (const Json::parse_error& e) {

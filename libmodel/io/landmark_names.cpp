@@ -10,6 +10,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/csv.h"
+#include "libmodel/io/text_encoding.h"
 #include "libmodel/io/text_scanner.h"
 
 namespace facewright {
@@ -68,7 +69,7 @@ std::vector<NamePair> from_lines(const std::string& text, const std::string& pat
 }  // namespace
 
 LandmarkNames read_landmark_names(const std::filesystem::path& path) {
-  const std::string text = read_file(path), name = path.string();
+  const std::string text = as_utf8(read_file(path)), name = path.string();
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });

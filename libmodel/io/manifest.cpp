@@ -8,6 +8,8 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/csv.h"
+#include "libmodel/io/folder_bounds.h"
+#include "libmodel/io/text_encoding.h"
 
 namespace facewright {
 namespace {
@@ -38,7 +40,7 @@ class EntryReader {
     for (size_t i = 0; i < columns.size(); ++i)
       if (const std::string value = trimmed(row.fields[i]); !value.empty()) set(e, columns[i], value);
     if (e.file.empty()) fail(row.line, "names no file");
-    if (e.id.empty()) e.id = e.file.stem().string();
+    if (e.id.empty()) e.id = as_utf8(e.file.stem().string());
     if (e.id == "." || e.id == ".." || e.id.find_first_of("/\\:") != e.id.npos)
       fail(row.line, "the id '" + e.id + "' cannot be a file name");
     if (e.subject.empty()) e.subject = e.id;
@@ -50,32 +52,31 @@ class EntryReader {
 
   void set(ManifestEntry& e, const std::string& column, const std::string& value) const {
     if (column == "id")
-      e.id = value;
+      e.id = as_utf8(value);
     else if (column == "file")
       e.file = path(value, e.line);
     else if (column == "landmarks")
       e.landmarks = path(value, e.line);
     else if (column == "subject")
-      e.subject = value;
+      e.subject = as_utf8(value);
     else if (column == "expression")
-      e.expression = lower(value) == ManifestEntry::kNeutral ? ManifestEntry::kNeutral : value;
+      e.expression = lower(value) == ManifestEntry::kNeutral ? ManifestEntry::kNeutral : as_utf8(value);
     else if (column == "group")
-      e.group = value;
+      e.group = as_utf8(value);
     else if (column == "age")
       e.age = age(value, e.line);
     else if (column == "units")
       e.units = units(value, e.line);
     else
-      e.other[column] = value;
+      e.other[column] = as_utf8(value);
   }
 
   fs::path path(const std::string& value, int line) const {
     const fs::path folder = manifest_.has_parent_path() ? manifest_.parent_path() : fs::path(".");
     fs::path file = (folder / value).lexically_normal();
-    const fs::path relative = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
-    if (!outside_ && (relative.empty() || *relative.begin() == ".."))
+    if (!outside_ && !lies_inside(file, folder))
       fail(line, "'" + value + "' lies outside the manifest's folder; put the manifest beside the scans");
-    if (!fs::is_regular_file(file)) fail(line, "there is no file '" + value + "' beside the manifest");
+    if (!is_file(file)) fail(line, "there is no file '" + value + "' beside the manifest");
     return file;
   }
 
@@ -102,7 +103,7 @@ std::vector<std::string> header_of(const std::vector<CsvRow>& rows, const fs::pa
   if (rows.empty()) throw IoError(path.string(), "is empty; expected a header that names the columns, file among them");
   std::vector<std::string> columns;
   for (const std::string& field : rows[0].fields) {
-    const std::string name = lower(trimmed(field));
+    const std::string name = as_utf8(lower(trimmed(field)));
     if (name.empty()) throw IoError(path.string(), rows[0].line, "a column has no name");
     if (std::find(columns.begin(), columns.end(), name) != columns.end())
       throw IoError(path.string(), rows[0].line, "the column '" + name + "' is there twice");

@@ -8,6 +8,7 @@
 
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/folder_bounds.h"
 #include "libmodel/io/mesh_formats.h"
 #include "libmodel/io/text_scanner.h"
 
@@ -34,7 +35,7 @@ std::string value_of(std::string_view text, std::string_view keyword, std::strin
 std::string obj_texture(const fs::path& mesh_path) {
   const std::string library = value_of(read_file(mesh_path), "mtllib");
   const fs::path mtl = mesh_path.parent_path() / library;
-  if (library.empty() || !fs::is_regular_file(mtl)) return {};
+  if (library.empty() || !is_file(mtl) || !lies_inside(mtl, mesh_path.parent_path())) return {};
   const std::string value = value_of(read_file(mtl), "map_Kd");
   if (value.empty() || value[0] != '-') return value;
   return value.substr(value.find_last_of(" \t") + 1);  // options before the name, e.g. -clamp on
@@ -55,13 +56,18 @@ Mesh read_mesh(const fs::path& path) {
   throw IoError(path.string(), "expected a mesh in .obj or .ply, got '" + extension + "'");
 }
 
-std::optional<fs::path> texture_file(const fs::path& mesh_path) {
+std::string texture_name(const fs::path& mesh_path) {
   std::string name = lower_extension(mesh_path) == ".obj" ? obj_texture(mesh_path) : ply_texture(mesh_path);
   std::replace(name.begin(), name.end(), '\\', '/');
+  return name;
+}
+
+std::optional<fs::path> texture_file(const fs::path& mesh_path) {
+  const std::string name = texture_name(mesh_path);
   if (name.empty()) return {};
-  const fs::path image = mesh_path.parent_path() / name, beside = mesh_path.parent_path() / fs::path(name).filename();
-  if (fs::is_regular_file(image)) return image;
-  if (fs::is_regular_file(beside)) return beside;
+  const fs::path folder = mesh_path.parent_path(), image = folder / name, beside = folder / fs::path(name).filename();
+  for (const fs::path& file : {image, beside})
+    if (is_file(file) && lies_inside(file, folder)) return file;
   return {};
 }
 

@@ -22,7 +22,7 @@ namespace facewright {
 Mesh read_mesh(const std::filesystem::path& path);
 
 /// The texture image a mesh file names (OBJ: first map_Kd of its mtllib; PLY: comment TextureFile), if it names one
-/// and the file exists.
+/// and the file exists in the mesh's folder or below it; else the file of that name beside the mesh, if there is one.
 std::optional<std::filesystem::path> texture_file(const std::filesystem::path& mesh_path);
 
 enum class PlyFormat { binary, ascii };

@@ -9,6 +9,7 @@
 #include <optional>
 #include <sstream>
 
+#include "libmodel/io/json_whole.h"
 #include "libmodel/model/representer_reader.h"
 
 namespace facewright {
@@ -60,7 +61,11 @@ std::optional<std::map<std::string, std::vector<int>>> plain_lists(const std::st
 
 std::map<std::string, std::vector<int>> read_regions(const Hdf5Reader& h5, const std::string& path) {
   if (auto lists = plain_lists(h5.string(path))) return *std::move(lists);
-  return from_json<std::map<std::string, std::vector<int>>>(h5, path);
+  return from_json(h5, path, [](const json& table) {
+    std::map<std::string, std::vector<int>> regions;
+    for (const auto& [name, vertices] : table.items()) regions[name] = whole_numbers(vertices);
+    return regions;
+  });
 }
 
 using Coordinates = std::map<std::string, Eigen::Vector3d>;
@@ -121,8 +126,10 @@ LandmarkSet read_landmarks_of(const Hdf5Reader& h5, const std::string& metadata,
   const std::string vertices = metadata + "/ext/landmark_vertices", coordinates = metadata + "/landmarks/json",
                     text = metadata + "/landmarks/text";
   if (h5.has(vertices)) {
-    for (const auto& [name, v] : from_json<std::map<std::string, int>>(h5, vertices)) marks[name].vertex = v;
-    return marks;
+    return from_json(h5, vertices, [&](const json& table) {
+      for (const auto& [name, v] : table.items()) marks[name].vertex = whole_number<int>(v);
+      return marks;
+    });
   }
   const std::string path = h5.has(coordinates) ? coordinates : text;
   if (!h5.has(path)) return marks;
@@ -146,7 +153,10 @@ std::map<std::string, SurfacePoint, LandmarkNameOrder> read_landmark_points(cons
   return from_json(h5, path, [&](const json& table) {
     for (const auto& [name, entry] : table.items()) {
       const auto b = entry.at("barycentric").get<std::array<double, 3>>();
-      if (entry.value("vertex", -1) < 0) points[name] = {entry.value("triangle", -1), {b[0], b[1], b[2]}};
+      const auto number = [&entry = entry](const char* key) {
+        return entry.contains(key) ? whole_number<int>(entry.at(key)) : -1;
+      };
+      if (number("vertex") < 0) points[name] = {number("triangle"), {b[0], b[1], b[2]}};
     }
     return points;
   });

@@ -7,6 +7,7 @@
 
 #include "libmodel/core/errors.h"
 #include "libmodel/io/json_depth.h"
+#include "libmodel/io/json_whole.h"
 #include "libmodel/model/hdf5_archive.h"
 
 namespace facewright {
@@ -17,7 +18,13 @@ using nlohmann::json;
 // Numbers of nested lists, in order.
 template <class T>
 void flatten(const json& value, std::vector<T>& to) {
-  if (!value.is_array()) return to.push_back(value.get<T>());
+  if (!value.is_array()) {
+    if constexpr (std::is_integral_v<T>)
+      to.push_back(whole_number<T>(value));
+    else
+      to.push_back(value.get<T>());
+    return;
+  }
   for (const json& item : value) flatten(item, to);
 }
 
@@ -25,7 +32,10 @@ template <class T>
 auto table(const json& dataset, const std::string& name, const std::string& path) {
   std::vector<Eigen::Index> dims = {1, 1};
   const json& shape = dataset.at("shape");
-  if (shape.contains("dims")) dims = shape.at("dims").get<std::vector<Eigen::Index>>();
+  if (shape.contains("dims")) {
+    dims.clear();
+    for (const json& n : shape.at("dims")) dims.push_back(whole_number<std::int32_t>(n));
+  }
   if (dims.size() == 1) dims.push_back(1);
   std::vector<T> values;
   flatten(dataset.at("value"), values);

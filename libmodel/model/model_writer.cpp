@@ -159,7 +159,7 @@ void write_extension(Hdf5Writer& h5, const std::string& at, const MorphableModel
   h5.string(at + "/landmark_points", landmark_point_json(model));
   h5.string(at + "/contours", contour_json(model));
   h5.string(at + "/regions", json(model.regions()).dump());
-  h5.string(at + "/provenance", json(model.provenance()).dump());
+  h5.string(at + "/provenance", json(model.provenance()).dump(-1, ' ', false, json::error_handler_t::replace));
   if (model.uv().rows() > 0) h5.matrix(at + "/uv", RowMatrixXd(model.uv()));
   if (!model.mirror().empty()) h5.vector(at + "/mirror", model.mirror());
   if (!model.parents().empty()) h5.matrix(at + "/parents", parent_table(model.parents()));

@@ -2,12 +2,8 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libregister/intake/mesh_import.h"
 
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
 #include <algorithm>
 #include <array>
-#include <assimp/Importer.hpp>
 #include <cctype>
 #include <cmath>
 #include <map>
@@ -16,8 +12,10 @@
 
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
+#include "libmodel/io/folder_bounds.h"
 #include "libmodel/io/mesh_files.h"
 #include "libmodel/io/mesh_formats.h"
+#include "libregister/intake/assimp_reader.h"
 #include "libregister/intake/mesh_content.h"
 #include "libregister/intake/obj_materials.h"
 
@@ -42,23 +40,20 @@ struct PositionHash {
 // Collects the triangles of all meshes of a scene, welding equal positions.
 class Collector {
  public:
-  void add(const aiMesh& m, const aiMatrix4x4& transform) {
-    std::vector<int> vertex(m.mNumVertices), coordinate(m.mNumVertices);
-    for (unsigned i = 0; i < m.mNumVertices; ++i) {
-      const aiVector3D p = transform * m.mVertices[i];
-      vertex[i] = weld({p.x, p.y, p.z}, m.HasVertexColors(0) ? linear(m.mColors[0][i]) : Eigen::Vector3d::Zero());
-      coordinate[i] = static_cast<int>(uv_.size());
-      uv_.push_back(m.HasTextureCoords(0) ? Eigen::Vector2d(m.mTextureCoords[0][i].x, m.mTextureCoords[0][i].y)
-                                          : Eigen::Vector2d::Zero());
+  void add(const ForeignMesh& m) {
+    std::vector<int> vertex(m.positions.size());
+    const int first_uv = static_cast<int>(uv_.size());
+    for (size_t i = 0; i < vertex.size(); ++i) {
+      vertex[i] = weld(m.positions[i], m.colours.empty() ? Eigen::Vector3d::Zero() : linear(m.colours[i]));
+      uv_.push_back(m.uv.empty() ? Eigen::Vector2d::Zero() : Eigen::Vector2d(m.uv[i][0], m.uv[i][1]));
     }
-    has_uv_ = has_uv_ || m.HasTextureCoords(0);
-    has_colours_ = has_colours_ || m.HasVertexColors(0);
-    for (unsigned f = 0; f < m.mNumFaces; ++f) {
-      if (m.mFaces[f].mNumIndices != 3) continue;
-      const unsigned* i = m.mFaces[f].mIndices;
-      faces_.push_back({vertex[i[0]], vertex[i[1]], vertex[i[2]]});
-      uv_faces_.push_back({coordinate[i[0]], coordinate[i[1]], coordinate[i[2]]});
-      material_.push_back(m.mMaterialIndex);
+    has_uv_ = has_uv_ || !m.uv.empty();
+    has_colours_ = has_colours_ || !m.colours.empty();
+    for (const auto& [a, b, c] : m.triangles) {
+      const auto corner = [&](int i) { return vertex[static_cast<size_t>(i)]; };
+      faces_.push_back({corner(a), corner(b), corner(c)});
+      uv_faces_.push_back({first_uv + a, first_uv + b, first_uv + c});
+      material_.push_back(m.material);
     }
   }
 
@@ -102,7 +97,7 @@ class Collector {
     return mesh;
   }
 
-  const std::vector<unsigned>& material_of_triangle() const { return material_; }
+  const std::vector<int>& material_of_triangle() const { return material_; }
   int welded() const { return welded_; }
 
  private:
@@ -113,8 +108,8 @@ class Collector {
     return F;
   }
 
-  static Eigen::Vector3d linear(const aiColor4D& c) {
-    return {linear_from_srgb(c.r), linear_from_srgb(c.g), linear_from_srgb(c.b)};
+  static Eigen::Vector3d linear(const std::array<float, 3>& c) {
+    return {linear_from_srgb(c[0]), linear_from_srgb(c[1]), linear_from_srgb(c[2])};
   }
 
   int weld(std::array<float, 3> p, const Eigen::Vector3d& colour) {
@@ -132,48 +127,32 @@ class Collector {
   std::vector<Eigen::Vector3d> positions_, colours_;
   std::vector<Eigen::Vector2d> uv_;
   std::vector<std::array<int, 3>> faces_, uv_faces_;
-  std::vector<unsigned> material_;
+  std::vector<int> material_;
   int welded_ = 0;
   bool has_uv_ = false, has_colours_ = false;
 };
-
-void walk(const aiScene& scene, const aiNode& node, const aiMatrix4x4& parent, Collector* collector) {
-  const aiMatrix4x4 transform = parent * node.mTransformation;
-  for (unsigned i = 0; i < node.mNumMeshes; ++i) collector->add(*scene.mMeshes[node.mMeshes[i]], transform);
-  for (unsigned i = 0; i < node.mNumChildren; ++i) walk(scene, *node.mChildren[i], transform, collector);
-}
-
-bool is_inside(const fs::path& file, const fs::path& folder) {
-  const fs::path relative = fs::weakly_canonical(file).lexically_relative(fs::weakly_canonical(folder));
-  return !relative.empty() && *relative.begin() != "..";
-}
 
 // A picture that a mesh file names, looked for beside the mesh only: a path that leaves the folder is refused.
 fs::path find_picture(std::string name, const fs::path& folder, std::vector<std::string>* warnings) {
   std::replace(name.begin(), name.end(), '\\', '/');
   const fs::path file = folder / name;
-  if (!is_inside(file, folder))
+  if (!lies_inside(file, folder))
     warnings->push_back("texture '" + name + "' lies outside the scan's folder and was not read");
-  else if (!fs::exists(file))
+  else if (!is_file(file))
     warnings->push_back("texture '" + name + "' is missing; put it beside the scan, or the scan goes without colours");
   else
     return file;
   return {};
 }
 
-fs::path texture_of(const aiScene& scene, unsigned material, const fs::path& folder,
+fs::path texture_of(const ForeignScene& scene, int material, const fs::path& folder,
                     std::vector<std::string>* warnings) {
-  aiString name;
-  if (material >= scene.mNumMaterials) return {};
-  const aiMaterial& m = *scene.mMaterials[material];
-  if (m.GetTexture(aiTextureType_DIFFUSE, 0, &name) != AI_SUCCESS &&
-      m.GetTexture(aiTextureType_BASE_COLOR, 0, &name) != AI_SUCCESS)
-    return {};
-  if (std::string_view(name.C_Str()).starts_with("*")) {
-    warnings->push_back("the texture is embedded in the file and was not read");
-    return {};
-  }
-  return find_picture(name.C_Str(), folder, warnings);
+  if (material < 0 || static_cast<size_t>(material) >= scene.pictures.size()) return {};
+  const std::string& name = scene.pictures[static_cast<size_t>(material)];
+  if (name.empty()) return {};
+  if (name[0] != '*') return find_picture(name, folder, warnings);
+  warnings->push_back("the texture is embedded in the file and was not read");
+  return {};
 }
 
 // One path per picture index (empty: not to be had), and the picture of each triangle.
@@ -197,12 +176,12 @@ void set_textures(const std::vector<fs::path>& pictures, std::vector<int> of_tri
     result->textures.clear();
 }
 
-void set_textures_of_scene(const aiScene& scene, const Collector& collector, const fs::path& folder,
+void set_textures_of_scene(const ForeignScene& scene, const Collector& collector, const fs::path& folder,
                            ImportedMesh* result) {
-  std::map<unsigned, int> place;
+  std::map<int, int> place;
   std::vector<fs::path> pictures;
   std::vector<int> of_triangle;
-  for (const unsigned material : collector.material_of_triangle()) {
+  for (const int material : collector.material_of_triangle()) {
     const auto [at, is_new] = place.try_emplace(material, static_cast<int>(pictures.size()));
     if (is_new) pictures.push_back(texture_of(scene, material, folder, &result->warnings));
     of_triangle.push_back(at->second);
@@ -210,22 +189,15 @@ void set_textures_of_scene(const aiScene& scene, const Collector& collector, con
   set_textures(pictures, std::move(of_triangle), result);
 }
 
-std::string why_not(const std::string& assimp_error) {
-  if (assimp_error.find("bad_alloc") == assimp_error.npos && assimp_error.find("length_error") == assimp_error.npos)
-    return assimp_error;
-  return "it says it is larger than memory holds; it is damaged or cut short: export the scan again";
-}
-
 // PLY is read by libmodel/io: assimp 5.2 skips line ends after the header, of which the first bytes of binary data may
 // look like some; it then reads shifted values, or its assertions end the program.
 void import_ply(const fs::path& file, Collector* collector, ImportedMesh* result) {
   collector->add(parse_ply(read_file(file), file.string(), NonFinite::keep));
   if (lower_case(file.extension().string()) != ".ply") return;
-  const std::optional<fs::path> texture = texture_file(file);
-  if (texture && is_inside(*texture, file.parent_path()))
+  if (const auto texture = texture_file(file))
     result->texture = *texture;
-  else if (texture)
-    result->warnings.push_back("texture '" + texture->string() + "' lies outside the scan's folder and was not read");
+  else if (const std::string name = texture_name(file); !name.empty())
+    find_picture(name, file.parent_path(), &result->warnings);  // says why not
 }
 
 void import_obj(const fs::path& file, const Mesh& mesh, Collector* collector, ImportedMesh* result) {
@@ -240,21 +212,9 @@ void import_obj(const fs::path& file, const Mesh& mesh, Collector* collector, Im
 }
 
 void import_with_assimp(const fs::path& file, const std::string& format, Collector* collector, ImportedMesh* result) {
-  Assimp::Importer importer;
-  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  // JoinIdenticalVertices undoes assimp's one-vertex-per-corner reading of OBJ; SortByPType drops points and lines.
-  const unsigned steps = aiProcess_Triangulate | aiProcess_JoinIdenticalVertices | aiProcess_SortByPType;
-  const aiScene* scene = nullptr;
-  if (format == lower_case(file.extension().string())) {
-    scene = importer.ReadFile(file.string(), steps);
-  } else {  // called something else than it is
-    const std::string bytes = read_file(file);
-    scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), steps, format.c_str() + 1);
-  }
-  if (!scene || !scene->mRootNode)
-    throw IoError(file.string(), "cannot be read as a mesh: " + why_not(importer.GetErrorString()));
-  walk(*scene, *scene->mRootNode, aiMatrix4x4(), collector);
-  set_textures_of_scene(*scene, *collector, file.parent_path(), result);
+  const ForeignScene scene = read_with_assimp(file, format);
+  for (const ForeignMesh& mesh : scene.meshes) collector->add(mesh);
+  set_textures_of_scene(scene, *collector, file.parent_path(), result);
 }
 
 // Our reader if it can, which is faster and keeps lines for its errors; assimp forgives more.

@@ -11,6 +11,7 @@
 #include "libmodel/io/image_files.h"
 #include "libmodel/io/landmark_files.h"
 #include "libmodel/io/landmark_names.h"
+#include "libmodel/io/text_encoding.h"
 #include "libregister/intake/mesh_import.h"
 #include "libregister/intake/texture_atlas.h"
 
@@ -98,7 +99,7 @@ double detect_mm_per_unit(const Mesh& mesh, const Landmarks& landmarks, std::str
 
 ScanFiles files_of_scan(const fs::path& mesh) {
   ScanFiles files;
-  files.id = mesh.stem().string();
+  files.id = as_utf8(mesh.stem().string());
   files.mesh = mesh;
   files.landmarks = landmarks_beside(mesh);
   return files;
@@ -113,7 +114,7 @@ std::vector<ScanFiles> find_scans(const fs::path& folder) {
     if (!entry.is_regular_file()) continue;
     const fs::path& p = entry.path();
     if (!is_mesh_file(p)) continue;
-    const std::string id = p.stem().string();
+    const std::string id = as_utf8(p.stem().string());
     const auto [it, is_new] = found.try_emplace(id, files_of_scan(p));
     if (!is_new)
       throw InvalidInput(folder.string() + ": two scans are called '" + id + "' (" +

@@ -177,8 +177,8 @@ HalfFace close_mouth(const HalfFace& half) {
   if (upper.size() < 2 || lower.size() < 2) return closed;
   size_t i = upper.size() - 2, j = lower.size() - 2;
   append_triangle(closed, upper[i], lower[j], upper.back());
-  const auto rung = [&](size_t u, size_t l) {
-    return (half.neutral.row(upper[u]) - half.neutral.row(lower[l])).norm();
+  const auto rung = [&half, &a = upper, &b = lower](size_t u, size_t l) {  // clang 14 captures no bindings by name
+    return (half.neutral.row(a[u]) - half.neutral.row(b[l])).norm();
   };
   while (i > 0 || j > 0) {
     if (j == 0 || (i > 0 && rung(i - 1, j) <= rung(i, j - 1))) {

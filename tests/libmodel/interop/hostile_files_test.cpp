@@ -94,11 +94,11 @@ TEST_F(HostileFiles, GlbCountsAreCheckedBeforeMemoryIsTaken) {
   };
   // The white space a JSON text may have makes room for the longer numbers.
   const std::string vertices = "\"componentType\":5126,\"count\":20,\"type\":\"VEC3\"";
-  refuses(vertices, "\"componentType\":5126,\"count\":-1,\"type\":\"VEC3\"", "ends too early");
+  refuses(vertices, "\"componentType\":5126,\"count\":-1,\"type\":\"VEC3\"", "a whole number that counts");
   refuses("\"target\":34962},{\"buffer\":0,\"byteOffset\":480", "\"target\":0},{\"buffer\":0,\"byteOffset\":-1",
-          "ends too early");
+          "a whole number that counts");
   const std::string corners = "\"componentType\":5125,\"count\":54,\"type\":\"SCALAR\"";
-  refuses(corners, "\"componentType\":5125,\"count\":-3,\"type\":\"SCALAR\"", "ends too early");
+  refuses(corners, "\"componentType\":5125,\"count\":-3,\"type\":\"SCALAR\"", "a whole number that counts");
   refuses(corners, "\"componentType\":5125,\"count\":53,\"type\":\"SCALAR\"", "multiple of 3");
   refuses(corners, "\"componentType\":5126,\"count\":54,\"type\":\"SCALAR\"", "another kind");
 }

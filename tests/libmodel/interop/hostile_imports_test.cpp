@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include <gmock/gmock.h>
 
+#include <cstring>
 #include <limits>
 
 #include "libmodel/core/errors.h"
@@ -106,6 +107,38 @@ TEST_F(HostileImports, MatlabFilesMustEndWithTheirLastVariable) {
       EXPECT_THAT([&] { import_model(folder / "cut.mat"); }, ThrowsMessage<IoError>(HasSubstr("does not end with")))
           << format << " " << missing;
     }
+}
+
+// matio takes the memory that a damaged size asks for.
+TEST_F(HostileImports, MatlabFilesOfLevelFourAreWalkedToo) {
+  testing::write_mat(folder / "v4.mat", testing::bfm_variables(parts), MAT_FT_MAT4);
+  const std::string bytes = read_file(folder / "v4.mat");
+  EXPECT_EQ(import_model(folder / "v4.mat").model.shape().mode_count(), 4);
+  const auto refused = [&](size_t at, std::uint32_t value, const std::string& what) {
+    std::string bad = bytes;
+    std::memcpy(bad.data() + at, &value, sizeof value);
+    write_file(folder / "bad.mat", bad);
+    EXPECT_THAT([&] { import_model(folder / "bad.mat", {.format = "bfm2009"}); },
+                ThrowsMessage<IoError>(HasSubstr(what)));
+  };
+  refused(0, 90, "save it again");
+  refused(0, 0x0b000000, "save it again");
+  refused(4, 0x7fffffff, "promises more numbers");
+  refused(8, 0x7fffffff, "promises more numbers");
+  refused(8, 0xffffffff, "damaged variable");
+  refused(12, 2, "damaged variable");
+  refused(16, 0x7fffffff, "damaged variable");
+  refused(16, 0, "damaged variable");
+  write_file(folder / "bad.mat", bytes.substr(0, bytes.size() - 1));
+  EXPECT_THROW(import_model(folder / "bad.mat"), IoError);
+}
+
+TEST_F(HostileImports, MatlabFilesOfTheOtherByteOrderAreRefused) {
+  std::string bytes = good().at("v5");
+  std::swap(bytes[126], bytes[127]);
+  write_file(folder / "big.mat", bytes);
+  EXPECT_THAT([&] { import_model(folder / "big.mat", {.format = "lsfm"}); },
+              ThrowsMessage<IoError>(HasSubstr("byte order")));
 }
 
 TEST_F(HostileImports, FlameArraysThatDoNotFitAreRefusedByName) {

@@ -16,6 +16,14 @@ inline void require_hdf5(bool ok, const std::string& what) {
   if (!ok) throw std::logic_error("test: hdf5: " + what);
 }
 
+/// Does something to an open file.
+inline void edit_file(const std::filesystem::path& file, const std::function<void(hid_t)>& change) {
+  const hid_t h5 = H5Fopen(file.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+  require_hdf5(h5 >= 0, file.string());
+  change(h5);
+  H5Fclose(h5);
+}
+
 /// Changes the numbers of a dataset in place.
 template <class T>
 void edit_dataset(const std::filesystem::path& file, const std::string& path, hid_t memory_type,

@@ -55,6 +55,23 @@ TEST_F(HostileModelFile, ANaNOrInfinityAnywhereIsRefusedByName) {
           [&] { testing::edit_floats(file, "/shape/model/mean", [](auto& v) { v.assign(v.size(), std::nan("")); }); });
 }
 
+TEST_F(HostileModelFile, LinksAndNumbersInOtherFilesAreNotFollowed) {
+  write_file(folder / "other.h5", good);
+  refuses("", "leads to another file", [&] {
+    testing::edit_file(
+        file, [](hid_t h5) { H5Lcreate_external("other.h5", "/shape", h5, "/elsewhere", H5P_DEFAULT, H5P_DEFAULT); });
+  });
+  refuses("", "keeps its numbers in another file", [&] {
+    testing::edit_file(file, [&](hid_t h5) {
+      const hsize_t n = 4;
+      const hid_t space = H5Screate_simple(1, &n, nullptr), create = H5Pcreate(H5P_DATASET_CREATE);
+      H5Pset_external(create, (folder / "other.h5").c_str(), 0, n * sizeof(float));
+      H5Dclose(H5Dcreate2(h5, "/outside", H5T_IEEE_F32LE, space, H5P_DEFAULT, create, H5P_DEFAULT));
+      H5Pclose(create), H5Sclose(space);
+    });
+  });
+}
+
 TEST_F(HostileModelFile, StatisticsThatAreNoneAreRefused) {
   const std::string basis = "/shape/model/pcaBasis", variances = "/color/model/pcaVariance";
   refuses(basis, "orthonormal", [&] {
