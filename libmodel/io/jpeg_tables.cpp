@@ -7,13 +7,13 @@ namespace {
 
 constexpr size_t kCounts = 16, kMostCodes = 256;
 
-size_t byte(std::string_view bytes, size_t at) { return static_cast<unsigned char>(bytes[at]); }
+// Behind its end a file goes on with zeros, to stb.
+size_t byte(std::string_view bytes, size_t at) { return at < bytes.size() ? static_cast<unsigned char>(bytes[at]) : 0; }
 
 // The tables of a segment, its length at `at`: each is a class, 16 counts, and as many values as these say.
 bool tables_fit(std::string_view bytes, size_t at) {
-  if (at + 2 > bytes.size()) return true;
   const size_t end = at + (byte(bytes, at) << 8 | byte(bytes, at + 1));
-  for (at += 2; at < end && at + 1 + kCounts <= bytes.size();) {
+  for (at += 2; at < end && at < bytes.size();) {
     size_t codes = 0;
     for (size_t i = 1; i <= kCounts; ++i) codes += byte(bytes, at + i);
     if (codes > kMostCodes) return false;
@@ -31,7 +31,6 @@ bool jpeg_tables_fit(std::string_view bytes) {
   // one.
   for (size_t at = bytes.find('\xff'); at < bytes.size(); at = bytes.find('\xff', at)) {
     while (at < bytes.size() && byte(bytes, at) == 0xff) ++at;
-    if (at + 3 > bytes.size()) return true;
     const size_t marker = byte(bytes, at++);
     if (marker == kEnd) return true;
     if (marker == 0 || (marker >= kRestart && marker <= kStart)) continue;

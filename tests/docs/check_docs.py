@@ -40,8 +40,10 @@ def scripts(root):
     for folder in ("pipelines", "docs", "tests", "tools"):
         for path in glob.glob(f"{root}/{folder}/**/*", recursive=True):
             named_like_a_program = "." not in os.path.basename(path) or "make-default-reference" in path
-            if os.path.isfile(path) and (named_like_a_program or "/benchmarks/" in path):
+            if os.path.isfile(path) and "/tests/fuzz/" not in path and (named_like_a_program or "/benchmarks/" in path):
                 yield path
+    if os.path.exists(f"{root}/tests/fuzz/run"):  # the rest of that folder is damaged on purpose
+        yield f"{root}/tests/fuzz/run"
 
 
 def known_flags(root, programs):

@@ -130,6 +130,8 @@ TEST_F(UntrustedFiles, JpegTablesThatOverflowTheReaderAreRefused) {
   EXPECT_FALSE(jpeg_tables_fit(bad));
   EXPECT_THAT([&] { read_image(file("bad.jpg", bad)); }, ThrowsMessage<IoError>(HasSubstr("Huffman")));
   EXPECT_FALSE(jpeg_tables_fit("\xff" + bad)) << "fill bytes";
+  EXPECT_FALSE(jpeg_tables_fit(bad.substr(0, table + 8))) << "three counts and the end of the file";
+  EXPECT_TRUE(jpeg_tables_fit(bad.substr(0, table + 5))) << "none";
   // The same bytes where they are no segment, as in a picture's own comment.
   std::string comment = good.substr(0, 2) + std::string("\xff\xfe\x00\x24", 4) + bad.substr(table, 34) + good.substr(2);
   EXPECT_TRUE(jpeg_tables_fit(comment));
