@@ -36,6 +36,7 @@ struct BuildPipelineOptions {
   std::filesystem::path scans;           ///< folder of scans with their landmarks, or a manifest (a file)
   std::filesystem::path output;          ///< folder to make; see docs/file-formats.md for what it will hold
   int jobs = 0;                          ///< scans registered at once, 0 = all cores; does not change a byte
+  double memory = 0;                     ///< 10^9 bytes to keep within, 0 = no limit: jobs, and how scans are gathered
   std::uint64_t seed = 1;                ///< of the pictures' random faces
   bool resume = false;                   ///< keep scans whose inputs and options are unchanged since an earlier run
   BuildStage until = BuildStage::model;  ///< the last stage that is done

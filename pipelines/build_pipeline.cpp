@@ -27,6 +27,7 @@
 #include "pipelines/output_tree.h"
 #include "pipelines/reference_file.h"
 #include "pipelines/scan_stage.h"
+#include "pipelines/stored_model.h"
 #include "pipelines/texture_stage.h"
 
 namespace facewright {
@@ -237,6 +238,23 @@ void check_part(const BuildPipelineOptions& options) {
         "build: landmarks and registration are done in parts, levels and the model from all scans at once");
 }
 
+std::uintmax_t largest_file(const std::vector<ScanFiles>& files) {
+  std::uintmax_t most = 0;
+  for (const ScanFiles& f : files) {
+    std::error_code error;
+    const std::uintmax_t size = fs::file_size(f.mesh, error);
+    if (!error) most = std::max(most, size);
+  }
+  return most;
+}
+
+// Fewer jobs if need be; what cannot be done at all is said before any work.
+void keep_within_memory(const std::vector<ScanFiles>& files, BuildPipelineOptions* options) {
+  options->jobs = jobs_within(options->memory, largest_file(files), options->jobs);
+  if (options->until == BuildStage::model && !options->levels.empty())
+    plan_gathering(static_cast<int>(files.size()), options->levels.back(), options->memory);
+}
+
 void write_model_files(const MorphableModel& model, const OutputTree& tree, BuildPipelineSummary* summary,
                        const Progress& progress) {
   if (progress) progress({"writing the model", 0, 1 + model.level_count(), ""});
@@ -286,6 +304,7 @@ BuildPipelineSummary build_from_scans(const BuildPipelineOptions& asked, const P
   std::vector<ScanFiles> files;
   const std::map<std::string, ManifestEntry> entries = entries_of(options, &files);
   check_output(files, tree);
+  keep_within_memory(files, &options);
   const ReferenceFace face = load_reference(options);
   fs::create_directories(tree.root);
   remove_strangers(files, tree);

@@ -11,6 +11,7 @@
 #include "libmodel/io/sha256.h"
 #include "pipelines/json_text.h"
 #include "pipelines/scan_stage.h"
+#include "pipelines/stored_model.h"
 
 namespace facewright {
 namespace {
@@ -74,10 +75,12 @@ std::string effective_options(const BuildPipelineOptions& options) {
 
 std::string gather_key(const BuildPipelineOptions& options, const BuildPipelineSummary& summary,
                        const std::map<std::string, ManifestEntry>& entries, const OutputTree& tree) {
+  const GatherPlan plan = plan_gathering(summary.registered, options.levels.back(), options.memory);
   Json j = {{"version", FACEWRIGHT_VERSION},
             {"options", effective_options(options)},
             {"seed", options.seed},
             {"manifest", options.has_manifest()},
+            {"at_hand", plan.on_disk ? plan.at_hand : 0},
             {"hierarchy", sha256(read_file(tree.hierarchy()))}};
   for (const ScanOutcome& o : summary.scans) {
     Json& scan = j["scans"][o.id];

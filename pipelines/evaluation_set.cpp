@@ -139,7 +139,10 @@ EvaluationSet read_evaluation_set(const EvaluationSetOptions& options) {
   const Eigen::Index finest = meshes.front().V.rows();
 
   std::optional<MorphableModel> model;
-  if (build && fs::exists(tree.model())) model = load_model(tree.model());
+  if (build && fs::exists(tree.model())) {
+    try_model_file(tree.model());
+    model = load_model(tree.model());
+  }
   set.has_model = model.has_value();
   if (model && model->vertex_count() != finest)
     throw InvalidInput(tree.model().string() + ": " + std::to_string(model->vertex_count()) + " vertices, " +

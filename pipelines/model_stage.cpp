@@ -3,10 +3,12 @@
 #include "pipelines/model_stage.h"
 
 #include <algorithm>
+#include <set>
 
 #include "libmodel/core/errors.h"
 #include "pipelines/model_card.h"
 #include "pipelines/scan_stage.h"
+#include "pipelines/stored_model.h"
 
 namespace facewright {
 namespace {
@@ -43,10 +45,24 @@ std::map<std::string, std::string> pruned_scans(const PruneResult& pruned, const
   return reasons;
 }
 
-void add_expressions(ModelStageResult& result, const std::vector<ManifestEntry>& entries,
-                     const MultiresTemplate& reference, const BuildPipelineOptions& options, const OutputTree& tree) {
-  const bool any = std::any_of(entries.begin(), entries.end(), [](const ManifestEntry& e) { return !e.neutral(); });
-  if (!any) return;
+// The scans of those who have any with an expression: nobody else's tell what a face's movements are.
+std::vector<ManifestEntry> expressive(const std::vector<ManifestEntry>& entries) {
+  std::set<std::string> subjects;
+  for (const ManifestEntry& e : entries)
+    if (!e.neutral()) subjects.insert(e.subject);
+  std::vector<ManifestEntry> theirs;
+  std::copy_if(entries.begin(), entries.end(), std::back_inserter(theirs),
+               [&](const ManifestEntry& e) { return subjects.contains(e.subject); });
+  return theirs;
+}
+
+void add_expressions(ModelStageResult& result, const std::vector<ManifestEntry>& all, const MultiresTemplate& reference,
+                     const BuildPipelineOptions& options, const OutputTree& tree) {
+  const std::vector<ManifestEntry> entries = expressive(all);
+  if (entries.empty()) return;
+  if (plan_gathering(static_cast<int>(entries.size()), reference.V.rows(), options.memory).on_disk)
+    throw InvalidInput("build: expressions are learnt in memory, and the " + std::to_string(entries.size()) +
+                       " scans of those who have any do not fit; give more --memory, or name fewer in the manifest");
   std::vector<ExpressionLabel> labels;
   for (const ManifestEntry& e : entries) labels.push_back({e.subject, e.neutral() ? "" : e.expression});
   MorphableModelParts parts = result.built.model.parts();
@@ -71,16 +87,20 @@ ModelStageResult model_stage(const std::vector<ManifestEntry>& entries,
                        " scans with a neutral expression are left, at least " + std::to_string(options.least_scans) +
                        " are needed for a model");
   const BuildModelOptions building = building_options(options);
+  const GatherPlan plan = plan_gathering(static_cast<int>(neutral.size()), reference.V.rows(), options.memory);
   ModelStageResult result;
-  result.scans = read_registered_set(ids_of(neutral), reference, tree);
-  result.built = build_model(result.scans, reference, building);
+  if (plan.on_disk) {
+    result.built = build_stored_model(ids_of(neutral), reference, building, plan, tree);
+  } else {
+    result.scans = read_registered_set(ids_of(neutral), reference, tree);
+    result.built = build_model(result.scans, reference, building);
+  }
   std::vector<std::string> coloured;
   for (const int row : result.built.colour_scans) coloured.push_back(neutral[static_cast<size_t>(row)].id);
   result.pruned = pruned_scans(result.built.summary.pruned, neutral);
-  if (!result.pruned.empty()) {
-    std::erase_if(neutral, [&](const ManifestEntry& e) { return result.pruned.count(e.id) > 0; });
-    result.scans = read_registered_set(ids_of(neutral), reference, tree);
-  }
+  std::erase_if(neutral, [&](const ManifestEntry& e) { return result.pruned.count(e.id) > 0; });
+  if (plan.on_disk || !result.pruned.empty())
+    result.scans = read_registered_set(draw_ids(ids_of(neutral), plan.at_hand), reference, tree);
   std::vector<ManifestEntry> kept = entries;
   std::erase_if(kept, [&](const ManifestEntry& e) { return result.pruned.count(e.id) > 0; });
   add_expressions(result, kept, reference, options, tree);

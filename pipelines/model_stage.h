@@ -16,7 +16,7 @@ namespace facewright {
 
 struct ModelStageResult {
   BuildModelResult built;  ///< with expressions, if there are scans of them
-  RegisteredSet scans;     ///< the neutral ones the model is made of
+  RegisteredSet scans;     ///< the neutral ones the model is made of; under a limit of memory a draw of them
   ExpressionSummary expressions;
   std::map<std::string, std::string> pruned;  ///< id to the reason, in words
   std::string card_markdown, card_json;

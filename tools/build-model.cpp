@@ -177,6 +177,10 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingFile);
   app.add_option("--reference-landmarks", reference_landmarks, "its landmarks, if it is a mesh")
       ->check(CLI::ExistingFile);
+  app.add_option("--memory", options.memory,
+                 "Keep within so many gigabytes, 0 = no limit: fewer jobs, and the model through files on the disk")
+      ->check(CLI::NonNegativeNumber)
+      ->configurable(false);
   app.add_option("--until", until,
                  "Stop after this stage; landmarks and registration can be done in parts side by side, the others once")
       ->check(CLI::IsMember({"landmarks", "levels", "registration", "model"}))

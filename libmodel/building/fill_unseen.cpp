@@ -56,22 +56,26 @@ SampleMatrix without_unseen(SampleMatrix values, const SampleMatrix& visibility)
   return values;
 }
 
+double filled_share(const Eigen::Ref<const Eigen::RowVectorXd>& visibility, const std::vector<bool>& known,
+                    double least) {
+  double filled = 0;
+  for (Eigen::Index v = 0; v < visibility.size(); ++v) filled += known[static_cast<size_t>(v)] && visibility[v] < least;
+  return filled / static_cast<double>(std::max<Eigen::Index>(1, visibility.size()));
+}
+
 // Shares filled; returns which vertices somebody saw.
 std::vector<bool> describe(const SampleMatrix& visibility, FillUnseenSummary* summary) {
   const double least = summary->options.min_visibility;
-  const auto n = static_cast<double>(std::max<Eigen::Index>(1, visibility.cols()));
   std::vector<bool> known(static_cast<size_t>(visibility.cols()));
   for (Eigen::Index v = 0; v < visibility.cols(); ++v)
     known[static_cast<size_t>(v)] = visibility.col(v).maxCoeff() >= least;
   summary->never_seen = static_cast<int>(std::count(known.begin(), known.end(), false));
   for (Eigen::Index i = 0; i < visibility.rows(); ++i) {
-    double filled = 0;
-    for (Eigen::Index v = 0; v < visibility.cols(); ++v)
-      filled += known[static_cast<size_t>(v)] && visibility(i, v) < least;
-    summary->sample_shares.push_back(filled / n);
-    summary->filled_share += filled / n / static_cast<double>(visibility.rows());
-    if (filled / n > summary->worst_sample_share) {
-      summary->worst_sample_share = filled / n;
+    const double share = filled_share(visibility.row(i), known, least);
+    summary->sample_shares.push_back(share);
+    summary->filled_share += share / static_cast<double>(visibility.rows());
+    if (share > summary->worst_sample_share) {
+      summary->worst_sample_share = share;
       summary->worst_sample = static_cast<int>(i);
     }
   }
@@ -223,6 +227,10 @@ double UnseenFill::complete(Eigen::Ref<Eigen::RowVectorXd> row, const Eigen::Row
     throw InvalidInput("fill unseen: visibility must be within 0..1");
   clear_unseen(row, visibility, "the sample");
   return model_->completion->complete(row, visibility, model_->summary.edge_correlation);
+}
+
+double UnseenFill::filled_share(const Eigen::RowVectorXd& visibility) const {
+  return facewright::filled_share(visibility, model_->known, model_->summary.options.min_visibility);
 }
 
 const FillUnseenSummary& UnseenFill::summary() const { return model_->summary; }

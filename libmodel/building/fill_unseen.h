@@ -75,6 +75,8 @@ class UnseenFill {
   /// `row` (3N) by its `visibility` (N). Returns the posterior variance of what was filled, summed. May be called from
   /// several threads.
   double complete(Eigen::Ref<Eigen::RowVectorXd> row, const Eigen::RowVectorXd& visibility) const;
+  /// Of a sample with this visibility (N), the share that is filled, as FillUnseenSummary::sample_shares.
+  double filled_share(const Eigen::RowVectorXd& visibility) const;
   /// Of the samples learnt from; uncertain_share is 0.
   const FillUnseenSummary& summary() const;
 

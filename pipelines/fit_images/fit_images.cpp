@@ -74,6 +74,7 @@ void fit_one(const FitImagesOptions& options, const MorphableModel& model, const
 }  // namespace
 
 FitImagesSummary fit_images(const FitImagesOptions& options, const Progress& progress) {
+  try_model_file(options.model);
   const MorphableModel model = load_model(options.model);
   check_inputs(options, model);
   const LandmarkMapper mapper = options.mapping.empty() ? LandmarkMapper() : read_landmark_mapping(options.mapping);

@@ -36,7 +36,7 @@ void check(const FitImagesOptions& options, const MorphableModel& model) {
 class PersonFit {
  public:
   PersonFit(const FitImagesOptions& options, const Progress& progress)
-      : options_(options), progress_(progress), model_(load_model(options.model)) {
+      : options_(options), progress_(progress), model_((try_model_file(options.model), load_model(options.model))) {
     check(options, model_);
     if (!options.mapping.empty()) mapper_ = read_landmark_mapping(options.mapping);
     fs::create_directories(options.output);

@@ -169,6 +169,7 @@ void fit_marks(const FitScanFilesOptions& options, const MorphableModel& model, 
 
 FitScanFilesSummary fit_scan_files(const FitScanFilesOptions& options) {
   if (options.scan.empty() && options.landmarks.empty()) throw InvalidInput("fit: there is neither scan nor landmarks");
+  try_model_file(options.model);
   const MorphableModel model = load_model(options.model);
   FitScanFilesSummary summary;
   summary.landmarks = landmark_file(options);
