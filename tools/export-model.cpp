@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0, 8192));
   return run_program(argc, argv, app, common, [&] {
     options.basis = basis == "shared" ? ExportBasis::shared : ExportBasis::orthonormal;
+    try_model_file(input);
     const MorphableModel model = load_model(input);
     const int l = level < model.level_count() ? level : model.level_with(level);
     export_model(common.output, model, l, export_format(format), options);

@@ -139,6 +139,7 @@ int main(int argc, char** argv) {
       ->check(CLI::ExistingDirectory);
   return run_program(argc, argv, app, common, [&] {
     if (!exports.empty() && !check) throw InvalidInput("--exports needs --check");
+    try_model_file(input);
     std::vector<ModelCheck> checks;
     if (check) checks = check_model_file(input);
     if (!exports.empty())

@@ -92,6 +92,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(0.0, 1000.0));
   app.add_option("--frames", s.frames, "Pictures of the turntable (folder turntable)")->check(CLI::Range(1, 10000));
   return run_program(argc, argv, app, common, [&] {
+    try_model_file(s.model);
     const MorphableModel model = load_model(s.model);
     const int level = s.level < model.level_count() ? s.level : model.level_with(s.level);
     const ModelPictureOptions options{level, s.size, s.yaws, common.jobs};

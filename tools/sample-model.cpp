@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   app.add_option("--sigma", sigma, "Standard deviation of the coefficients; 1 = as in the population, 0 = the mean")
       ->check(CLI::Range(0.0, 10.0));
   return run_program(argc, argv, app, common, [&] {
+    try_model_file(input);
     const MorphableModel model = load_model(input);
     const int l = level < model.level_count() ? level : model.level_with(level);
     ProgressBar bar(common);

@@ -109,7 +109,10 @@ MorphableModel read_eos_with_companions(const fs::path& path) {
   });
 }
 
-MorphableModel read_whole(const fs::path& path) { return load_model(path); }
+MorphableModel read_whole(const fs::path& path) {
+  try_model_file(path);
+  return load_model(path);
+}
 
 // The files name(count) that are there, by their count, ascending.
 template <class Name>

@@ -76,6 +76,7 @@ MorphableModel read_model(const std::string& format, const std::filesystem::path
   if (format == "eos") return read_eos_model(path);
   if (format == "npz") return read_npz_model(path);
   if (format == "glb") return read_glb_model(path);
+  try_model_file(path);
   return load_model(path);
 }
 

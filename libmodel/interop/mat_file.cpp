@@ -13,6 +13,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/interop/mat_elements.h"
 #include "libmodel/model/hdf5_archive.h"
+#include "libmodel/model/model_file.h"
 
 namespace facewright {
 namespace {
@@ -90,6 +91,7 @@ MatFile::MatFile(const std::filesystem::path& path) : impl_(std::make_unique<Imp
   if (error) throw IoError(impl_->path, "cannot be read: " + error.message());
   impl_->most_bytes = kBestRatio * (size + 1);
   if (is_hdf5(path)) {
+    try_model_file(path);
     try {
       impl_->hdf5 = std::make_unique<Hdf5Reader>(path);
     } catch (const IoError&) {

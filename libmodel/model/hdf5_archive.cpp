@@ -9,7 +9,6 @@
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/model/hdf5_handle.h"
 #include "libmodel/model/hdf5_json.h"
-#include "libmodel/model/hdf5_trial.h"
 
 namespace facewright {
 namespace {
@@ -132,8 +131,6 @@ Hdf5Reader::Hdf5Reader(const std::filesystem::path& file) : name_(file.string())
     H5Pset_fapl_core(access, size_t{1} << 22, false);
     H5Pset_file_image(access, image.data(), image.size());
     is_image_ = true;
-  } else {
-    try_hdf5(file);
   }
   H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);  // a damaged file may leave something open
   // An image in memory must not have the name of a file that exists.

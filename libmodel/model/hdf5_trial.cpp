@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facewright: multi-resolution 3D morphable face models.
-#include "libmodel/model/hdf5_trial.h"
-
+#include <fstream>
 #include <set>
 #include <string>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/io/guarded_call.h"
 #include "libmodel/model/hdf5_handle.h"
+#include "libmodel/model/model_file.h"
 
 namespace facewright {
 namespace {
@@ -116,7 +116,10 @@ std::string walk(const std::filesystem::path& file) {
 
 }  // namespace
 
-void try_hdf5(const std::filesystem::path& file) {
+void try_model_file(const std::filesystem::path& file) {
+  if (!std::filesystem::is_regular_file(file))
+    throw IoError(file.string(), "there is no such file; expected a model (.h5)");
+  if (std::ifstream(file, std::ios::binary).get() == '{') return;  // HDF5-JSON: our own reader's
   constexpr std::uint64_t kRoom = std::uint64_t{256} << 20, kRoomPerByte = 64, kBytesPerSecond = std::uint64_t{1} << 25;
   const std::uint64_t size = std::filesystem::file_size(file);
   GuardLimits limits;

@@ -29,8 +29,13 @@ std::string serialise_model(const MorphableModel& model);
 /// coordinates move to the nearest vertex of the mean. Throws IoError naming the dataset, what was expected, what came
 /// and what to do; refused are NaN, variances out of order, columns that are not orthonormal, triangles beyond the
 /// vertices, in files of ours also other units and triangles wound inwards, and a level whose mean is not the leading
-/// part of the finest.
+/// part of the finest. HDF5 1.10 itself crashes on some damaged files: try_model_file first what comes from strangers.
 MorphableModel load_model(const std::filesystem::path& path, const std::string& group = "/");
+
+/// Walks an HDF5 file in a copy of the process (guarded_call) before it is read in this one, as all programs do: opens
+/// every group and dataset, and reads what is small, text, or not stored plainly. Refused are also links to other files
+/// and numbers stored there. Throws IoError. A few milliseconds: large plain arrays are not read.
+void try_model_file(const std::filesystem::path& path);
 
 /// Vertex counts of the levels /level0, /level1, ... of a file, coarsest first; empty if it has no such groups.
 std::vector<int> stored_levels(const std::filesystem::path& path);
