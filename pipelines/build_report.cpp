@@ -31,7 +31,7 @@ std::string figure(const Image& image, const std::string& alternative, const std
 
 // Names and values of the page's first lines.
 std::string numbers(const MorphableModel& model, const ModelStageResult& stage, const BuildPipelineSummary& summary,
-                    const OutputTree& tree) {
+                    double median_surface_mm) {
   std::string html = "<dl class=numbers>";
   const auto add = [&](const std::string& name, const std::string& value) {
     html += "<div><dt>" + name + "</dt><dd>" + value + "</dd></div>";
@@ -40,7 +40,7 @@ std::string numbers(const MorphableModel& model, const ModelStageResult& stage, 
   add("registered", std::to_string(summary.registered));
   add("left out", std::to_string(summary.failed));
   if (!stage.pruned.empty()) add("pruned as outliers", std::to_string(stage.pruned.size()));
-  add("from the scans, median", html_number(median_surface_distance(summary, tree), 3) + " mm");
+  add("from the scans, median", html_number(median_surface_mm, 3) + " mm");
   add("shape modes", std::to_string(model.shape().mode_count()));
   add("colour modes", std::to_string(model.colour().mode_count()));
   if (model.expression()) add("expression modes", std::to_string(model.expression()->mode_count()));
@@ -177,17 +177,18 @@ std::string timing(const BuildPipelineSummary& summary) {
 
 void write_build_report(const MorphableModel& model, const ModelStageResult& stage, const BuildPipelineSummary& summary,
                         const BuildPipelineOptions& options, const OutputTree& tree) {
+  const ScanTable scans = scan_table(model, stage, summary, tree, options.jobs);
   Page page;
   page.title = "Face model";
   page.navigation =
       "<nav aria-label=Contents><a href=\"#face\">Face</a><a href=\"#scans\">Scans</a><a href=\"#modes\">Modes</a><a "
       "href=\"#levels\">Levels</a><a href=\"#quality\">Quality</a><a href=\"#card\">Model card</a></nav>";
-  page.body = numbers(model, stage, summary, tree) + "<h2 id=face>The model</h2>\n" + viewer_html() +
+  page.body = numbers(model, stage, summary, scans.median_surface_mm) + "<h2 id=face>The model</h2>\n" + viewer_html() +
               "<h2 id=scans>Scans</h2>\n<p>Left: the scan, and the landmarks used (blue; lines lead to where the "
               "registered face has them; red crosses were rejected). Middle: how far the registered face lies from the "
               "scan, blue inside, red outside, hatched where the scan shows nothing and the place was mirrored or "
               "interpolated. Headings sort; pictures lead to larger ones beside this page.</p>\n" +
-              scan_table(model, stage, summary, tree) + pictures(model, options) + "<h2 id=quality>Quality</h2>\n" +
+              scans.html + pictures(model, options) + "<h2 id=quality>Quality</h2>\n" +
               quality(model, stage.scans, options, tree) + model_card(stage.card_json) + timing(summary);
   page.data = has_viewer() ? model_viewer_data(model) : "";
   write_file(tree.report() / "index.html", page_html(page));

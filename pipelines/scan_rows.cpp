@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include "libmodel/core/errors.h"
+#include "libmodel/core/parallel.h"
 #include "libmodel/core/similarity.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/image_files.h"
@@ -51,6 +53,7 @@ std::string portrait(const MorphableModel& model, const RegisteredSet& set, Eige
   if (set.colours.rows() > 0) mesh.colours = Eigen::Map<const Colours>(set.colours.row(s).data(), V.rows(), 3);
   RenderOptions options;
   options.width = options.height = kPortrait;
+  options.threads = 1;  // rows are made side by side
   return html_image(render_mesh(mesh, frame_camera(mesh.V, kPortrait, kPortrait, 20 * std::numbers::pi / 180), options),
                     "The registered face of " + id, 82, 110);
 }
@@ -60,6 +63,11 @@ const char* landmark_source(const std::string& id, const OutputTree& tree) {
   if (!fs::exists(file)) return "beside the scan";
   return is_by_hand(file) ? "by hand" : "found";
 }
+
+struct Row {
+  std::string html;
+  double surface_mm = 0;  // mean distance of a registered scan to its surface
+};
 
 std::string left_out_row(const std::string& id, const std::string& reason, const OutputTree& tree) {
   return "<tr><th scope=row data-value=\"" + markup_text(id) + "\">" + markup_text(id) + "</th><td>" +
@@ -80,8 +88,8 @@ std::string notes(const Json& j, const std::string& id, const ModelStageResult& 
   return text;
 }
 
-std::string registered_row(const MorphableModel& model, const ModelStageResult& stage, const std::string& id,
-                           const OutputTree& tree, bool embed) {
+Row registered_row(const MorphableModel& model, const ModelStageResult& stage, const std::string& id,
+                   const OutputTree& tree, bool embed) {
   const Json j = Json::parse(read_file(tree.scan_report(id)));
   const Json &origins = j["origins"], &surface = j["surface_mm"], &marks = j["landmarks"];
   const double all = std::max(1.0, origins["matched"].get<double>() + origins["mirrored"].get<double>() +
@@ -99,16 +107,45 @@ std::string registered_row(const MorphableModel& model, const ModelStageResult& 
   for (const char* kind : {"matched", "mirrored", "interpolated"})
     html += cell(100 * origins[kind].get<double>() / all, 1);
   const std::string text = notes(j, id, stage);
-  return html + cell(j["folded_edges"]["count"].get<double>(), 0) + "<td><span class=seconds>" +
-         html_number(j.value("seconds", 0.0), 1) + "</span></td>" + "<td class=text>landmarks " +
-         landmark_source(id, tree) + (text.empty() ? "" : "\n" + markup_text(text)) + "</td></tr>\n";
+  html += cell(j["folded_edges"]["count"].get<double>(), 0) + "<td><span class=seconds>" +
+          html_number(j.value("seconds", 0.0), 1) + "</span></td>" + "<td class=text>landmarks " +
+          landmark_source(id, tree) + (text.empty() ? "" : "\n" + markup_text(text)) + "</td></tr>\n";
+  return {std::move(html), surface["mean"].get<double>()};
+}
+
+// Those left out, those pruned, the others; each in order of id.
+std::vector<const ScanOutcome*> in_order_of_rows(const BuildPipelineSummary& summary, const ModelStageResult& stage) {
+  std::vector<const ScanOutcome*> order;
+  for (const ScanOutcome& o : summary.scans) order.push_back(&o);
+  std::stable_sort(order.begin(), order.end(), [&](const ScanOutcome* a, const ScanOutcome* b) {
+    const auto rank = [&](const ScanOutcome* o) { return !o->registered ? 0 : stage.pruned.count(o->id) > 0 ? 1 : 2; };
+    return rank(a) < rank(b);
+  });
+  return order;
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 }  // namespace
 
-std::string scan_table(const MorphableModel& model, const ModelStageResult& stage, const BuildPipelineSummary& summary,
-                       const OutputTree& tree, int most_pictures) {
-  std::string html =
+ScanTable scan_table(const MorphableModel& model, const ModelStageResult& stage, const BuildPipelineSummary& summary,
+                     const OutputTree& tree, int threads, int most_pictures) {
+  const std::vector<const ScanOutcome*> order = in_order_of_rows(summary, stage);
+  const auto registered = std::find_if(order.begin(), order.end(), [](const ScanOutcome* o) { return o->registered; });
+  const int first = static_cast<int>(registered - order.begin());
+  std::vector<Row> rows(order.size());
+  parallel_for(static_cast<int>(order.size()), threads, [&](int i) {
+    const ScanOutcome& o = *order[static_cast<size_t>(i)];
+    rows[static_cast<size_t>(i)] = i < first ? Row{left_out_row(o.id, o.reason, tree)}
+                                             : registered_row(model, stage, o.id, tree, i - first < most_pictures);
+  });
+  ScanTable table;
+  table.html =
       "<div class=wide><table class=sortable><thead><tr>" + heading("scan", "id of the scan") +
       "<th scope=col>scan and landmarks</th><th scope=col>distance to the scan</th><th scope=col>registered</th>" +
       heading("mean mm", "distance of matched vertices to the denoised scan, mean") +
@@ -118,27 +155,14 @@ std::string scan_table(const MorphableModel& model, const ModelStageResult& stag
       heading("interpol. %", "vertices whose place came from their neighbours") +
       heading("folds", "edges folded over") + heading("s", "seconds, of one thread") +
       "<th scope=col>notes</th></tr></thead><tbody>\n";
-  for (const ScanOutcome& o : summary.scans)
-    if (!o.registered) html += left_out_row(o.id, o.reason, tree);
-  int shown = 0;
-  const auto add = [&](bool pruned) {
-    for (const ScanOutcome& o : summary.scans)
-      if (o.registered && (stage.pruned.count(o.id) > 0) == pruned)
-        html += registered_row(model, stage, o.id, tree, ++shown <= most_pictures);
-  };
-  add(true);
-  add(false);
-  return html + "</tbody></table></div>\n";
-}
-
-double median_surface_distance(const BuildPipelineSummary& summary, const OutputTree& tree) {
   std::vector<double> means;
-  for (const ScanOutcome& o : summary.scans)
-    if (o.registered) means.push_back(Json::parse(read_file(tree.scan_report(o.id)))["surface_mm"]["mean"]);
-  if (means.empty()) return 0;
-  const auto middle = means.begin() + static_cast<std::ptrdiff_t>(means.size() / 2);
-  std::nth_element(means.begin(), middle, means.end());
-  return *middle;
+  for (size_t i = 0; i < rows.size(); ++i) {
+    table.html += rows[i].html;
+    if (order[i]->registered) means.push_back(rows[i].surface_mm);
+  }
+  table.html += "</tbody></table></div>\n";
+  table.median_surface_mm = median(std::move(means));
+  return table;
 }
 
 }  // namespace facewright
