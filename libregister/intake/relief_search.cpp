@@ -19,7 +19,8 @@ constexpr double kLeastCover = 0.6;     // of the face's cells; a scan may end a
 constexpr double kMissingDepth = 12.0;  // mm: what a cell without surface counts as
 constexpr int kRolls = 12;
 constexpr int kPolished = 48;
-constexpr double kDeepest = 140;  // mm: what lies farther behind the face's middle is background
+constexpr double kMostCells = 1 << 24;  // some 20 m to either side; farther points are damage
+constexpr double kDeepest = 140;        // mm: what lies farther behind the face's middle is background
 
 // Directions of an icosahedron's vertices and of the middles of its edges: 42, at most 20 degrees from any other.
 std::vector<Eigen::Vector3d> view_directions() {
@@ -61,8 +62,9 @@ DepthMap depth_map(const Eigen::Matrix3d& R, const Vertices& points, double cell
   const Vertices X = points * R.transpose();
   DepthMap map;
   map.left = X.col(0).minCoeff(), map.bottom = X.col(1).minCoeff();
-  map.columns = 1 + static_cast<int>((X.col(0).maxCoeff() - map.left) / cell);
-  map.rows = 1 + static_cast<int>((X.col(1).maxCoeff() - map.bottom) / cell);
+  const double columns = (X.col(0).maxCoeff() - map.left) / cell, rows = (X.col(1).maxCoeff() - map.bottom) / cell;
+  if (!((columns + 1) * (rows + 1) < kMostCells)) return map;  // no cell: nothing is found on it
+  map.columns = 1 + static_cast<int>(columns), map.rows = 1 + static_cast<int>(rows);
   map.depth.assign(static_cast<size_t>(map.columns) * static_cast<size_t>(map.rows), kNothing);
   for (Eigen::Index i = 0; i < X.rows(); ++i) {
     const int c = static_cast<int>((X(i, 0) - map.left) / cell), r = static_cast<int>((X(i, 1) - map.bottom) / cell);
@@ -114,6 +116,7 @@ struct Found {
 
 // Everywhere with every other cell, then all cells at the best few places.
 Found best_place(const FaceRelief& face, const DepthMap& map) {
+  if (map.depth.empty()) return {};
   std::vector<Found> rough;
   for (int r = -face.rows / 2; r < map.rows - face.rows / 2; ++r)
     for (int c = -face.columns / 2; c < map.columns - face.columns / 2; ++c)

@@ -131,6 +131,21 @@ TEST_F(AwkwardInputs, ThingsThatAreNoWholeFaceAreRefused) {
               HasSubstr("face"));
 }
 
+// The search for the face draws maps of the scan's depth, whose cells have a size.
+TEST_F(AwkwardInputs, AScanOfKilometresIsRefusedBeforeMemoryIsTakenForIt) {
+  for (const double far : {1e6, 1e12, 1e37}) {
+    Mesh mesh = icosphere(2, 100);
+    mesh.V.col(0) *= far / 100;
+    mesh.V.col(1) *= far / 100;
+    write_ply(folder_ / "far.ply", mesh);
+    ScanFiles files = files_of_scan(folder_ / "far.ply");
+    files.units = Units::mm;
+    ScanOptions options;
+    options.reference = &FrameFixture::get().reference;
+    EXPECT_THROW(load_scan(files, options), InvalidInput) << far;
+  }
+}
+
 TEST_F(AwkwardInputs, TwoFacesInOneScanAreAnAmbiguityWithTheCandidates) {
   const Mesh one = without_texture(face_scan());
   EXPECT_THAT(refusal("two.ply", both(one, moved(one, Eigen::Matrix3d::Identity(), {300, 10, 0}))),
