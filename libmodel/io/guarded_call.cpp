@@ -67,6 +67,9 @@ void send(int to, const char* data, size_t size) {
                                std::uint64_t mapped, int to) {
   for (const int fault : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGINT, SIGPIPE}) ::signal(fault, SIG_DFL);
   if (const int null = ::open("/dev/null", O_WRONLY); null >= 0) ::dup2(null, STDERR_FILENO);  // a library's last words
+  const auto own = static_cast<unsigned>(to);  // a pipe of another thread's copy must end with that copy
+  if (own > 3) ::close_range(3, own - 1, 0);
+  ::close_range(own + 1, ~0U, 0);
   limit(RLIMIT_CORE, 0);
   limit(RLIMIT_CPU, static_cast<std::uint64_t>(limits.cpu_seconds));
   if (mapped > 0) limit(RLIMIT_AS, mapped + limits.bytes);
