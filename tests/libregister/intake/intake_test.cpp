@@ -60,6 +60,33 @@ TEST(ImportMesh, RefusesATextureOutsideTheFolder) {
   EXPECT_EQ(a.warnings.size(), 1u);
 }
 
+TEST(ImportMesh, TexturesThatNoSystemCanNameAreMissingAndLinksOutAreNotFollowed) {
+  const TemporaryDirectory folder;
+  std::filesystem::create_directories(folder / "scan");
+  write_png(folder / "secret.png", Image(4, 4, 3, 100));
+  std::filesystem::create_symlink(folder / "secret.png", folder / "scan/link.png");
+  for (const std::string& name : {std::string(5000, 'a'), std::string("link.png"), (folder / "secret.png").string()}) {
+    write_text(folder / "scan/a.mtl", "newmtl skin\nmap_Kd " + name + "\n");
+    write_text(folder / "scan/a.obj",
+               "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nusemtl skin\nf 1/1 2/2 3/3\n");
+    const ImportedMesh a = import_mesh(folder / "scan/a.obj");
+    EXPECT_TRUE(a.texture.empty()) << name;
+    EXPECT_EQ(a.warnings.size(), 1u) << name;
+  }
+}
+
+TEST(ImportMesh, ADamagedFileThatCrashesAssimpIsAnErrorThatNamesIt) {
+  const TemporaryDirectory folder;
+  write_text(folder / "a.off", "OFF\n" + std::string(40, '9') + " 8 0\n0 0 0\n");
+  try {
+    import_mesh(folder / "a.off");
+    ADD_FAILURE() << "was read";
+  } catch (const IoError& error) {
+    EXPECT_NE(std::string(error.what()).find("a.off"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("damaged"), std::string::npos) << error.what();
+  }
+}
+
 TEST(ImportMesh, ReadsStlAndOff) {
   const TemporaryDirectory folder;
   write_text(folder / "a.off", "OFF\n4 2 0\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2\n3 1 3 2\n");
@@ -190,6 +217,17 @@ TEST(FindScans, SortsByIdAndRefusesTwoOfAName) {
   EXPECT_TRUE(files[1].landmarks.has_value());
   write_text(folder / "a.obj", "");
   EXPECT_THROW(find_scans(folder.path()), InvalidInput);
+}
+
+TEST(FindScans, IdsAreUtf8WhateverTheFilesAreCalled) {
+  const TemporaryDirectory folder;
+  write_text(folder / "M\xfcller.ply", "ply\n");
+  write_text(folder / "M\xfcller.json", "{}");
+  const std::vector<ScanFiles> scans = find_scans(folder.path());
+  ASSERT_EQ(scans.size(), 1u);
+  EXPECT_EQ(scans[0].id, "M\xc3\xbcller");
+  EXPECT_EQ(scans[0].mesh, folder / "M\xfcller.ply");
+  EXPECT_EQ(scans[0].landmarks, folder / "M\xfcller.json");
 }
 
 TEST(FindScans, AManifestNamesScansLandmarksAndUnits) {
