@@ -47,12 +47,20 @@ std::string ply_texture(const fs::path& mesh_path) {
   return value_of(header, "comment", "TextureFile");
 }
 
+// Squares of larger numbers, hence distances, are no numbers any more.
+Mesh measurable(Mesh mesh, const fs::path& path) {
+  constexpr double kFarthest = 1e15;
+  if (mesh.V.size() > 0 && mesh.V.cwiseAbs().maxCoeff() > kFarthest)
+    throw IoError(path.string(), "has a vertex beyond 1e15 units, which no scan has; it is damaged");
+  return mesh;
+}
+
 }  // namespace
 
 Mesh read_mesh(const fs::path& path) {
   const std::string extension = lower_extension(path);
-  if (extension == ".obj") return parse_obj(read_file(path), path.string());
-  if (extension == ".ply") return parse_ply(read_file(path), path.string());
+  if (extension == ".obj") return measurable(parse_obj(read_file(path), path.string()), path);
+  if (extension == ".ply") return measurable(parse_ply(read_file(path), path.string()), path);
   throw IoError(path.string(), "expected a mesh in .obj or .ply, got '" + extension + "'");
 }
 

@@ -12,7 +12,7 @@ namespace facewright {
 
 /// Reads .obj or .ply (by extension), keeping the order of vertices and polygons; polygons are fanned from their first
 /// corner. Malformed files throw IoError ("path:line: ..." in text files); counts are checked against the file's size
-/// before anything is allocated.
+/// before anything is allocated. Coordinates beyond 1e15 are refused.
 ///   OBJ: `v x y z [w | r g b]`, `vt`, `f` with negative indices; colours are sRGB, 0..1 (0..255 if one exceeds 1).
 ///        Wedge coordinates become uv_faces unless they coincide with the vertices; corners without vt point to an
 ///        appended row (0, 0). Normals, groups, lines and materials are skipped (see texture_file).

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Facewright: multi-resolution 3D morphable face models.
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
 #include <fstream>
 
@@ -12,6 +12,10 @@
 
 namespace facewright {
 namespace {
+
+using ::testing::HasSubstr;
+using ::testing::ThrowsMessage;
+namespace fs = std::filesystem;
 
 class MalformedMesh : public ScratchFolder {
  protected:
@@ -104,6 +108,14 @@ TEST_F(MalformedMesh, UnknownExtensionNamesTheKnownOnes) {
   } catch (const IoError& e) {
     EXPECT_NE(std::string(e.what()).find(".ply"), std::string::npos);
   }
+}
+
+TEST_F(MalformedMesh, PlacesWhoseDistancesAreNoNumbersAreRefused) {
+  for (const char* x : {"1e308", "-1e200", "2e15"}) {
+    const fs::path obj = file("far.obj", std::string("v 0 0 0\nv 1 0 0\nv 0 ") + x + " 0\nf 1 2 3\n");
+    EXPECT_THAT([&] { read_mesh(obj); }, ThrowsMessage<IoError>(HasSubstr("beyond 1e15"))) << x;
+  }
+  EXPECT_NO_THROW(read_mesh(file("near.obj", "v 0 0 0\nv 1 0 0\nv 0 1e14 0\nf 1 2 3\n")));
 }
 
 }  // namespace
