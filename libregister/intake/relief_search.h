@@ -31,7 +31,7 @@ struct FaceRelief {
 /// Of a face in the head frame, from points on it.
 FaceRelief face_relief(const Vertices& face_points, double cell);
 
-/// Looks at the points (n x 3), millimetres, from 42 directions with 12 rolls each and lays the face's relief
+/// Looks at the points (n x 3), millimetres, from 12 directions with 12 rolls each and lays the face's relief
 /// everywhere on what it sees. The best place of each view; of these the best, at most `count`, no two within 25
 /// degrees and 30 mm of each other. Some 0.3 s on one thread for a head.
 std::vector<ReliefMatch> search_relief(const FaceRelief& face, const Vertices& points, int count, int threads);
