@@ -22,7 +22,7 @@ namespace facewright {
 namespace {
 
 // Large pictures must have a byte for so many pixels: what is as good as empty compresses no further.
-constexpr std::int64_t max_pixels = std::int64_t{1} << 28, always_allowed = std::int64_t{1} << 24,
+constexpr std::int64_t max_pixels = std::int64_t{1} << 28, always_allowed = std::int64_t{1} << 22,
                        pixels_per_byte = 1100;
 
 void append(void* context, void* data, int size) {

@@ -10,7 +10,7 @@
 namespace facewright {
 
 /// Reads PNG, JPEG, BMP, TGA, PSD, GIF (first frame) or PNM, by content. Grey stays 1 channel, grey+alpha becomes
-/// RGBA, 16-bit becomes 8-bit. Images above 2^28 pixels, and those above 2^24 with more than 1100 for each byte of the
+/// RGBA, 16-bit becomes 8-bit. Images above 2^28 pixels, and those above 2^22 with more than 1100 for each byte of the
 /// file, are refused before anything is allocated. Throws IoError.
 Image read_image(const std::filesystem::path& path);
 
