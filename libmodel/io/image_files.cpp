@@ -9,6 +9,7 @@
 #include <stb/stb_image.h>
 #include <stb/stb_image_write.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -29,6 +30,24 @@ void append(void* context, void* data, int size) {
   static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<size_t>(size));
 }
 
+// Whether the numbers in a PNM file's header are of a length that stb adds up without running over.
+bool pnm_numbers_fit(const std::string& bytes) {
+  if (bytes.size() < 2 || bytes[0] != 'P' || (bytes[1] != '5' && bytes[1] != '6')) return true;
+  constexpr size_t kMostDigits = 9;
+  size_t at = 2, digits = 0;
+  for (int numbers = 0; numbers < 3 && at < bytes.size(); ++at) {  // width, height, greatest value
+    const char c = bytes[at];
+    if (c >= '0' && c <= '9') {
+      if (++digits > kMostDigits) return false;
+      continue;
+    }
+    numbers += digits > 0;
+    digits = 0;
+    if (c == '#') at = std::min(bytes.find('\n', at), bytes.size());
+  }
+  return true;
+}
+
 void check_writable(const Image& image) {
   const size_t expected = static_cast<size_t>(image.width) * image.height * image.channels;
   const bool channels_ok = image.channels == 1 || image.channels == 3 || image.channels == 4;
@@ -47,6 +66,7 @@ Image read_image(const std::filesystem::path& path) {
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
   const int size = static_cast<int>(bytes.size());
   if (!jpeg_tables_fit(bytes)) throw IoError(path.string(), "damaged image: its Huffman tables are too long");
+  if (!pnm_numbers_fit(bytes)) throw IoError(path.string(), "damaged image: it says a size of more than nine digits");
   int w = 0, h = 0, channels = 0;
   if (!stbi_info_from_memory(data, size, &w, &h, &channels))
     throw IoError(path.string(), "not a readable image (expected PNG, JPEG, BMP, TGA, PSD, GIF or PNM)");
