@@ -67,8 +67,8 @@ std::vector<int> mode_counts(Eigen::Index scans) {
 }
 
 // Plots of the model's quality on its coarsest level, from the scans it is made of; writes the figures behind them.
-std::string quality(const MorphableModel& model, const RegisteredSet& scans, const BuildPipelineOptions& options,
-                    const OutputTree& tree) {
+std::string quality(const MorphableModel& model, const RegisteredSet& scans, size_t of_scans,
+                    const BuildPipelineOptions& options, const OutputTree& tree) {
   if (scans.scan_count() < 3) return "<p>Fewer than three scans: there is nothing to measure.</p>\n";
   Evaluation evaluation;
   evaluation.options.set.level = 0;
@@ -86,7 +86,9 @@ std::string quality(const MorphableModel& model, const RegisteredSet& scans, con
   const std::filesystem::path folder = tree.report() / "evaluation";
   write_evaluation(folder, evaluation);
   std::string html =
-      "<p>Measured on the level of " + std::to_string(model.vertex_count(0)) +
+      "<p>Measured on " +
+      (scans.ids.size() < of_scans ? "a draw of " + std::to_string(scans.ids.size()) + " of the " : "all ") +
+      std::to_string(of_scans) + " scans, on the level of " + std::to_string(model.vertex_count(0)) +
       " vertices, bands are standard errors. Compactness is the variance that the leading modes explain; "
       "generalisation "
       "the error of a scan that was left out, rebuilt by a model of the others; specificity the distance of a random "
@@ -189,7 +191,8 @@ void write_build_report(const MorphableModel& model, const ModelStageResult& sta
               "scan, blue inside, red outside, hatched where the scan shows nothing and the place was mirrored or "
               "interpolated. Headings sort; pictures lead to larger ones beside this page.</p>\n" +
               scans.html + pictures(model, options) + "<h2 id=quality>Quality</h2>\n" +
-              quality(model, stage.scans, options, tree) + model_card(stage.card_json) + timing(summary);
+              quality(model, stage.scans, stage.built.scans.size(), options, tree) + model_card(stage.card_json) +
+              timing(summary);
   page.data = has_viewer() ? model_viewer_data(model) : "";
   write_file(tree.report() / "index.html", page_html(page));
 }

@@ -14,6 +14,7 @@
 #include "libregister/reference/symmetrise.h"
 #include "libregister/registration/register_scan.h"
 #include "libregister/subdivision/deviation.h"
+#include "pipelines/drawing.h"
 #include "pipelines/hierarchy_file.h"
 #include "pipelines/matrix_hash.h"
 #include "pipelines/scan_colours.h"
@@ -52,14 +53,13 @@ RegisterOptions coarse_registration(RegisterOptions options) {
   return options;
 }
 
-// A draw that other files in the folder cannot change: by the hash of the id, those with landmarks.
-std::vector<ScanFiles> drawing_order(std::vector<ScanFiles> files) {
+// Those with landmarks, in an order that other files in the folder cannot change.
+std::vector<ScanFiles> drawn_scans(std::vector<ScanFiles> files) {
   std::erase_if(files, [](const ScanFiles& f) { return !f.landmarks; });
-  std::vector<std::pair<std::string, size_t>> order;
-  for (size_t i = 0; i < files.size(); ++i) order.emplace_back(sha256(files[i].id), i);
-  std::sort(order.begin(), order.end());
+  std::vector<std::string> ids;
+  for (const ScanFiles& f : files) ids.push_back(f.id);
   std::vector<ScanFiles> drawn;
-  for (const auto& [hash, i] : order) drawn.push_back(files[i]);
+  for (const size_t i : drawing_order(ids)) drawn.push_back(files[i]);
   return drawn;
 }
 
@@ -110,7 +110,7 @@ void register_coarsely(const std::vector<ScanFiles>& files, const MultiresTempla
 // The first of the draw that can be used: which files cannot does not change them.
 CoarseFaces coarse_faces(const std::vector<ScanFiles>& files, const MultiresTemplate& reference,
                          const BuildPipelineOptions& options, const Progress& progress) {
-  const std::vector<ScanFiles> drawn = drawing_order(files);
+  const std::vector<ScanFiles> drawn = drawn_scans(files);
   CoarseFaces result;
   for (size_t next = 0; next < drawn.size() && result.faces.size() < kFaces;) {
     const size_t end = std::min(drawn.size(), next + kFaces - result.faces.size());

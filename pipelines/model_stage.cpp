@@ -6,6 +6,7 @@
 #include <set>
 
 #include "libmodel/core/errors.h"
+#include "pipelines/drawing.h"
 #include "pipelines/model_card.h"
 #include "pipelines/scan_stage.h"
 #include "pipelines/stored_model.h"

@@ -191,8 +191,4 @@ RegisteredSet read_registered_set(const std::vector<std::string>& ids, const Mul
   return set;
 }
 
-Eigen::VectorXd read_seen_shape(const std::string& id, Eigen::Index vertices, const OutputTree& tree) {
-  return read_matched(tree.scan_origins(id), vertices);
-}
-
 }  // namespace facewright

@@ -24,9 +24,6 @@ ScanOutcome left_out(const ScanFiles& files, const std::string& reason, const Ou
 RegisteredSet read_registered_set(const std::vector<std::string>& ids, const MultiresTemplate& reference,
                                   const OutputTree& tree);
 
-/// How far each vertex (N) of a registered scan was observed, as RegisteredSet::visibility.
-Eigen::VectorXd read_seen_shape(const std::string& id, Eigen::Index vertices, const OutputTree& tree);
-
 /// The registration's options as JSON text: what a scan's key and build.json hold.
 std::string describe_options(const BuildPipelineOptions& options);
 

@@ -9,11 +9,11 @@
 #include <cstdio>
 #include <map>
 #include <optional>
-#include <set>
 
 #include "libmodel/core/errors.h"
 #include "libmodel/core/parallel.h"
-#include "libmodel/io/sha256.h"
+#include "pipelines/drawing.h"
+#include "pipelines/registration_report.h"
 #include "pipelines/scan_stage.h"
 
 namespace facewright {
@@ -151,18 +151,6 @@ int jobs_within(double gigabytes, std::uintmax_t bytes, int jobs) {
   return std::clamp(static_cast<int>(1e9 * gigabytes / (kPerJob + kPerByte * static_cast<double>(bytes))), 1, most);
 }
 
-std::vector<std::string> draw_ids(const std::vector<std::string>& ids, int count) {
-  if (static_cast<int>(ids.size()) <= count) return ids;
-  std::vector<std::pair<std::string, size_t>> order;
-  for (size_t i = 0; i < ids.size(); ++i) order.emplace_back(sha256(ids[i]), i);
-  std::sort(order.begin(), order.end());
-  std::set<size_t> drawn;
-  for (int k = 0; k < count; ++k) drawn.insert(order[static_cast<size_t>(k)].second);
-  std::vector<std::string> some;
-  for (const size_t i : drawn) some.push_back(ids[i]);
-  return some;
-}
-
 BuildModelResult build_stored_model(const std::vector<std::string>& ids, const MultiresTemplate& reference,
                                     const BuildModelOptions& options, const GatherPlan& plan, const OutputTree& tree) {
   if (options.gain_balance != GainBalance::none)
@@ -181,7 +169,7 @@ BuildModelResult build_stored_model(const std::vector<std::string>& ids, const M
     shares = store_colours(coloured, fill, reference, tree, options.threads, &*colours);
     filled = fill.summary();
   }
-  const auto seen = [&](const std::string& id) { return read_seen_shape(id, reference.V.rows(), tree); };
+  const auto seen = [&](const std::string& id) { return read_matched(tree.scan_origins(id), reference.V.rows()); };
   BuildModelResult result = build_model(shapes, colours ? &*colours : nullptr, reference, options, seen);
   result.summary.fill = filled;
   tell_of_all(ids, shares, &result);

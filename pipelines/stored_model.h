@@ -27,10 +27,6 @@ GatherPlan plan_gathering(int scans, Eigen::Index vertices, double gigabytes);
 /// measured (docs/large-builds.md).
 int jobs_within(double gigabytes, std::uintmax_t bytes, int jobs);
 
-/// Ids drawn by their hash, so that it does not matter what others there are; sorted as given. All, if there are not
-/// more.
-std::vector<std::string> draw_ids(const std::vector<std::string>& ids, int count);
-
 /// build_model() of scans registered in `tree` through files in OUT/gathering, which are removed afterwards: 24 bytes
 /// per vertex and scan on disk. Unseen colours are learnt from `plan.at_hand` scans and filled in all. The rows of the
 /// result count the `ids`. Throws InvalidInput for a gain balance, which needs all scans at once.

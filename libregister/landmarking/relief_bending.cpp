@@ -3,6 +3,7 @@
 #include "libregister/landmarking/relief_bending.h"
 
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <string>
 #include <vector>
@@ -31,7 +32,7 @@ const ReliefBending::Round ReliefBending::kRounds[] = {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180;
-constexpr size_t kRoundCount = 4, kNearRound = 2;
+constexpr size_t kNearRound = 2;
 constexpr double kFloor = 1.0;  // mm: what all views get wrong alike
 
 // What faces differ by, and how much a difference of one deviation counts beside correlations: chosen on simulated
@@ -117,9 +118,9 @@ ReliefStart ReliefBending::start(const Similarity& scan_from_head) const {
 Landmarks ReliefBending::finish(const ReliefStart& start, int* views) const {
   BentTemplate bent = start.bent;
   Landmarks found;
-  for (size_t i = 1; i < kRoundCount; ++i) {
+  for (size_t i = 1; i < std::size(kRounds); ++i) {
     found = compare(bent, kRounds[i], views);
-    if (i + 1 < kRoundCount) bent = bend_template(fine_.V, coarse_, found);
+    if (i + 1 < std::size(kRounds)) bent = bend_template(fine_.V, coarse_, found);
   }
   return found;
 }

@@ -9,6 +9,7 @@
 #include "libmodel/core/errors.h"
 #include "libmodel/io/atomic_file.h"
 #include "libmodel/io/mesh_files.h"
+#include "pipelines/drawing.h"
 #include "pipelines/scan_stage.h"
 #include "tests/libmodel/building/planted.h"
 #include "tests/support/temporary_directory.h"
