@@ -48,6 +48,30 @@ bool pnm_numbers_fit(const std::string& bytes) {
   return true;
 }
 
+// Leaves out the chunks of a PNG file that hold no data of the picture: stb copies their nothing to memory it has not
+// taken yet.
+void drop_empty_png_data(std::string& bytes) {
+  constexpr size_t kSignature = 8, kHead = 8, kFrame = 12;  // of a chunk: its length and type; and its checksum
+  if (!bytes.starts_with("\x89PNG\r\n\x1a\n")) return;
+  size_t kept = kSignature;
+  for (size_t at = kSignature; at < bytes.size();) {
+    size_t length = bytes.size() - at;
+    if (length >= kHead) {
+      size_t held = 0;
+      for (size_t i = 0; i < 4; ++i) held = held << 8 | static_cast<unsigned char>(bytes[at + i]);
+      if (held == 0 && bytes.compare(at + 4, 4, "IDAT") == 0) {
+        at += std::min(length, kFrame);
+        continue;
+      }
+      length = std::min(length, kFrame + held);
+    }
+    if (kept != at) bytes.replace(kept, length, bytes, at, length);
+    kept += length;
+    at += length;
+  }
+  bytes.resize(kept);
+}
+
 void check_writable(const Image& image) {
   const size_t expected = static_cast<size_t>(image.width) * image.height * image.channels;
   const bool channels_ok = image.channels == 1 || image.channels == 3 || image.channels == 4;
@@ -60,7 +84,8 @@ void check_writable(const Image& image) {
 }  // namespace
 
 Image read_image(const std::filesystem::path& path) {
-  const std::string bytes = read_file(path);
+  std::string bytes = read_file(path);
+  drop_empty_png_data(bytes);
   if (bytes.size() > static_cast<size_t>(std::numeric_limits<int>::max()))
     throw IoError(path.string(), "image file above 2 GB");
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());

@@ -60,5 +60,21 @@ TEST_F(ImageFiles, RefusesDamagedAndHugeImagesAndBadArguments) {
   EXPECT_THROW(write_jpeg(folder_ / "d.jpg", Image(3, 3, 3), 0), InvalidInput);
 }
 
+TEST_F(ImageFiles, PngWithEmptyPiecesOfDataIsReadAsWithout) {
+  Image image(9, 7, 3);
+  for (size_t i = 0; i < image.data.size(); ++i) image.data[i] = static_cast<std::uint8_t>(i);
+  const std::string bytes = png_bytes(image), empty("\0\0\0\0IDAT\x35\xaf\x06\x1e", 12);
+  const size_t data = bytes.find("IDAT") - 4, end = bytes.find("IEND") - 4;
+  std::string holed = bytes;
+  holed.insert(end, empty + empty);
+  holed.insert(data, empty);
+  write_file(folder_ / "holed.png", holed);
+  EXPECT_EQ(read_image(folder_ / "holed.png").data, image.data);
+  write_file(folder_ / "nothing.png", bytes.substr(0, data) + empty + bytes.substr(end));
+  EXPECT_THROW(read_image(folder_ / "nothing.png"), IoError);
+  write_file(folder_ / "cut.png", bytes.substr(0, data) + empty.substr(0, 10));
+  EXPECT_THROW(read_image(folder_ / "cut.png"), IoError);
+}
+
 }  // namespace
 }  // namespace facewright
