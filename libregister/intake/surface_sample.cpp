@@ -3,6 +3,7 @@
 #include "libregister/intake/surface_sample.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <map>
@@ -49,10 +50,13 @@ SurfaceSample sample_surface(const Vertices& V, const Faces& F, int count) {
 }
 
 Vertices smooth_normals(const SurfaceSample& sample, double cell) {
+  constexpr double kFarthest = 1e9;  // cells; farther points are damage, and together
   std::map<std::array<int, 3>, Eigen::Vector3d> sums;
   const auto key = [&](Eigen::Index i) {
     std::array<int, 3> k;
-    for (int d = 0; d < 3; ++d) k[static_cast<size_t>(d)] = static_cast<int>(std::floor(sample.P(i, d) / cell));
+    for (int d = 0; d < 3; ++d)
+      k[static_cast<size_t>(d)] =
+          static_cast<int>(std::clamp(std::floor(sample.P(i, d) / cell), -kFarthest, kFarthest));
     return k;
   };
   for (Eigen::Index i = 0; i < sample.P.rows(); ++i)

@@ -2,6 +2,7 @@
 // Facewright: multi-resolution 3D morphable face models.
 #include "libregister/landmarking/point_grid.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace facewright {
@@ -21,8 +22,10 @@ PointGrid::PointGrid(const Vertices& points, double cell) : points_(points), cel
 }
 
 std::array<std::int64_t, 3> PointGrid::cell_of(const Eigen::Vector3d& x) const {
+  constexpr double kFarthest = 1e15;  // cells; farther points are damage, and together
   std::array<std::int64_t, 3> c{};
-  for (int k = 0; k < 3; ++k) c[static_cast<size_t>(k)] = static_cast<std::int64_t>(std::floor(x[k] / cell_));
+  for (int k = 0; k < 3; ++k)
+    c[static_cast<size_t>(k)] = static_cast<std::int64_t>(std::clamp(std::floor(x[k] / cell_), -kFarthest, kFarthest));
   return c;
 }
 
